@@ -179,7 +179,7 @@ def _transform(dimensions: int, n: int) -> tuple[FloatArray, FloatArray]:
 
     The reflected part decays as ξ² exp(-ξ(2h - z)), at least as fast as ξ² exp(-ξh): at `HIGHEST` it is below 1e-11.
     Divided by this decay it is a polynomial of √ξ, which its values at n Chebyshev nodes determine. The polynomial is
-    integrated with 900 Gauss-Legendre nodes: these resolve the phase of 34 * 32 rad (π nodes per cycle are needed, 544).
+    integrated with 900 Gauss-Legendre nodes: these resolve the phase of 34 * 32 rad (π nodes per cycle are needed).
     The grid is even in arcsinh(ρ/2h).
     """
     nodes, weights = np.polynomial.legendre.leggauss(900)

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 
 # Number of locations interpolated at a time: 2^15 with three tables of eight elements take 6 MB, which fits the cache.
 _CHUNK = 1 << 15
@@ -95,39 +95,29 @@ class PadMap:
         load : (...) array, optional
             Loads; by default the one that `sensitivity` and `variance` are of.
         """
-        m = self.n_elements
-        if load is None or self.loads is None:
-            both = _interpolate(self._coefficients[..., : 3 * m], self._index(location), (None,))[0]
-            return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
-        both = _interpolate(self._coefficients, self._index(location), (None,))[0]
-        shape = np.broadcast_shapes(both.shape[:-1], load.shape)
-        both = np.broadcast_to(both, (*shape, both.shape[-1]))
-        n = len(self.loads) * m
-        weight = self._load_weights(np.broadcast_to(load, shape))[0]
-        change, of_variance = (
-            self._over_loads(each, weight) for each in (both[..., 3 * m : 3 * m + n], both[..., 3 * m + n :])
-        )
-        variance = np.maximum(both[..., m : 2 * m] + of_variance, 0.0)
-        return both[..., :m] + change, variance, both[..., 2 * m : 3 * m]
+        m, index = self.n_elements, self._index(location)
+        both = _interpolate(self._coefficients, index, (None,))[0]
+        value, variance, covariance = both[..., :m], both[..., m : 2 * m], both[..., 2 * m :]
+        if load is not None and self.loads is not None:
+            cell, weight, _ = self._load_weights(load)
+            change = _interpolate(self._coefficients_by_load, index, (None,), (cell, weight))[0]
+            value, variance = value + change[..., :m], variance + change[..., m:]
+            covariance = np.broadcast_to(covariance, value.shape)
+        return value, np.maximum(variance, 0.0), covariance
 
-    def _load_weights(self, load: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Weight of each of `loads` at loads (...), (..., L), and its derivative over the logarithm of the load."""
+    def _load_weights(self, load: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Place in `loads` of the load before each load (...), and weights (..., 2) of this one and of the next.
+
+        Last the derivatives of the weights over the logarithm of the load.
+        """
         assert self.loads is not None
         nodes = np.log(self.loads)
         at = np.log(np.clip(load, self.loads[0], self.loads[-1]))
         cell = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
         width = nodes[cell + 1] - nodes[cell]
         share = (at - nodes[cell]) / width
-        index = np.arange(len(nodes))
-        low, high = index == cell[..., None], index == cell[..., None] + 1
-        within = ((load >= self.loads[0]) & (load <= self.loads[-1]))[..., None]
-        weight = np.where(low, 1 - share[..., None], 0.0) + np.where(high, share[..., None], 0.0)
-        return weight, np.where(within, (high * 1.0 - low * 1.0) / width[..., None], 0.0)
-
-    def _over_loads(self, table: FloatArray, weight: FloatArray) -> FloatArray:
-        """Sum over the loads of a table (..., L m), with weights (..., L)."""
-        by_load = table.reshape(*table.shape[:-1], weight.shape[-1], self.n_elements)
-        return np.asarray((by_load * weight[..., None]).sum(axis=-2))
+        slope = np.where((load >= self.loads[0]) & (load <= self.loads[-1]), 1 / width, 0.0)
+        return cell, np.stack([1 - share, share], axis=-1), np.stack([-slope, slope], axis=-1)
 
     @property
     def n_causes(self) -> int:
@@ -167,16 +157,16 @@ class PadMap:
             Derivative of the signal over the load, which is the sensitivity if that does not change with the load; and
             derivative of the sensitivity along each coordinate, per mm.
         """
-        m, axes = self.n_elements, range(self.dimensions)
-        if load is None or self.loads is None:
-            parts = _interpolate(self._coefficients[..., :m], self._index(location), (None, *axes))
-            return parts[0], np.stack([parts[1 + axis] / self.step[axis] for axis in axes], axis=-2)
-        columns = self._coefficients[..., : (3 + len(self.loads)) * m]
-        parts = _interpolate(columns, self._index(location), (None, *axes))
-        weight, by_log = self._load_weights(load)
-        value, *along = [each[..., :m] + self._over_loads(each[..., 3 * m :], weight) for each in parts]
-        marginal = value + self._over_loads(parts[0][..., 3 * m :], by_log)
-        return marginal, np.stack([along[axis] / self.step[axis] for axis in axes], axis=-2)
+        m, axes, index = self.n_elements, range(self.dimensions), self._index(location)
+        parts = [each[..., :m] for each in _interpolate(self._coefficients, index, (None, *axes))]
+        marginal = parts[0]
+        if load is not None and self.loads is not None:
+            cell, weight, by_log = self._load_weights(load)
+            changes = _interpolate(self._coefficients_by_load, index, (None, *axes), (cell, weight))
+            parts = [part + change[..., :m] for part, change in zip(parts, changes, strict=True)]
+            steeper = _interpolate(self._coefficients_by_load, index, (None,), (cell, by_log))[0]
+            marginal = parts[0] + steeper[..., :m]
+        return marginal, np.stack([parts[1 + axis] / self.step[axis] for axis in axes], axis=-2)
 
     def reading_variance(self, variance: FloatArray, covariance: FloatArray, load: FloatArray) -> FloatArray:
         """Variance of readings (..., m) under `load` (...) due to the calibration, from the results of `at`."""
@@ -201,14 +191,23 @@ class PadMap:
 
     @cached_property
     def _coefficients(self) -> FloatArray:
-        """Spline coefficients of the tables side by side (by load last), with one more than the grid on every side."""
+        """Spline coefficients (*grid + 3, 3 m) of the tables that do not change with the load, side by side."""
+        return self._splines(np.concatenate([self.sensitivity, self.variance, self.covariance], axis=-1))
+
+    @cached_property
+    def _coefficients_by_load(self) -> FloatArray:
+        """Spline coefficients (*grid + 3, L, 2 m) of `by_load` and `variance_by_load`."""
+        assert self.loads is not None and self.by_load is not None and self.variance_by_load is not None
+        shape = *self.by_load.shape[:-1], len(self.loads), self.n_elements
+        return self._splines(np.concatenate([self.by_load.reshape(shape), self.variance_by_load.reshape(shape)], -1))
+
+    def _splines(self, table: FloatArray) -> FloatArray:
+        """Coefficients of cubic splines over the grid, with one more before and two more behind it on every axis."""
         from scipy.ndimage import spline_filter1d
 
-        tables = (self.sensitivity, self.variance, self.covariance, self.by_load, self.variance_by_load)
-        table = np.concatenate([each for each in tables if each is not None], axis=-1)
         for axis in range(self.dimensions):
             table = spline_filter1d(table, order=3, axis=axis, mode="mirror")
-        width = [(1, 2)] * self.dimensions + [(0, 0)]
+        width = [(1, 2)] * self.dimensions + [(0, 0)] * (table.ndim - self.dimensions)
         return np.ascontiguousarray(np.pad(table, width, mode="reflect"))
 
 
@@ -229,21 +228,36 @@ _BY_EFFECT = ("by_effect", "offset_by_effect")
 _BY_LOAD = ("loads", "by_load", "variance_by_load")
 
 
-def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple[int | None, ...]) -> list[FloatArray]:
-    """Cubic B-spline sums at grid positions (..., D), or their derivatives along one coordinate; (..., f) arrays."""
-    shape, dimensions = index.shape[:-1], index.shape[-1]
-    flat = index.reshape(-1, dimensions)
+def _interpolate(
+    coefficients: FloatArray,
+    index: FloatArray,
+    derivatives: tuple[int | None, ...],
+    loads: tuple[IntArray, FloatArray] | None = None,
+) -> list[FloatArray]:
+    """Cubic B-spline sums at grid positions (..., D), or their derivatives along one coordinate; (..., f) arrays.
+
+    With `loads`, the last axis but one of the coefficients is that of loads, of which two that follow each other are
+    summed: the place of the first (...), and the weights of both (..., 2).
+    """
+    dimensions = index.shape[-1]
+    cells, of_loads = (np.zeros((), dtype=np.int64), np.ones(1)) if loads is None else loads
+    shape = np.broadcast_shapes(index.shape[:-1], cells.shape)
+    flat = np.broadcast_to(index, (*shape, dimensions)).reshape(-1, dimensions)
+    first_load = np.broadcast_to(cells, shape).ravel()
+    of_loads = np.broadcast_to(of_loads, (*shape, of_loads.shape[-1])).reshape(-1, of_loads.shape[-1])
+    rows = 1 if loads is None else coefficients.shape[-2]
     table = coefficients.reshape(-1, coefficients.shape[-1])
-    strides = np.cumprod([1, *coefficients.shape[-2:0:-1]])[::-1]
+    strides = rows * np.cumprod([1, *coefficients.shape[dimensions - 1 : 0 : -1]])[::-1]
     out = [np.zeros((len(flat), table.shape[1])) for _ in derivatives]
     for first in range(0, len(flat), _CHUNK):
         part = slice(first, first + _CHUNK)
         cell = flat[part].astype(np.int64)
         weights = _weights(flat[part] - cell)
-        corner = cell @ strides
+        corner = cell @ strides + first_load[part]
         for taps in product(range(4), repeat=dimensions):
             # With one extra coefficient in front, tap 0 is the coefficient before the cell.
-            values = table[corner + int(np.dot(taps, strides))]
+            row = corner + int(np.dot(taps, strides))
+            values = sum(of_loads[part, i, None] * table[row + i] for i in range(of_loads.shape[1]))
             for total, over in zip(out, derivatives, strict=True):
                 weight = np.ones(len(cell))
                 for axis, tap in enumerate(taps):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import BoolArray, FloatArray, IndexArray
 from bayestouch.sampling.density import LogDensity, weighed
-from bayestouch.sampling.pareto import pareto_smooth, systematic_resample
+from bayestouch.sampling.pareto import pareto_smooth, shape_that_counts, systematic_resample
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
 
@@ -91,7 +91,8 @@ def importance_blocks(
     streams = BlockStreams(seed, numbers, purpose=PURPOSE)
     for part, x, log_p, log_q in weighed(log_density, proposal, numbers, streams, proposals):
         log_q -= log_p
-        weights, result.pareto_k[part] = pareto_smooth(np.negative(log_q, out=log_q))
+        weights, shape = pareto_smooth(np.negative(log_q, out=log_q))
+        result.pareto_k[part] = shape_that_counts(log_q, shape)
         found: BoolArray = weights.sum(axis=1) > 0
         nan = np.where(found, 0.0, np.nan)
         result.ess[part] = np.where(found, 1 / np.maximum(np.einsum("bn,bn->b", weights, weights), 1e-300), 0.0)

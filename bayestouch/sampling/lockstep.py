@@ -14,7 +14,7 @@ from bayestouch.sampling.density import LogDensity, weighed
 from bayestouch.sampling.draws import BlockDraws, Demands, empty_draws, keep_better, put
 from bayestouch.sampling.ensembles import ensemble_round, given_round
 from bayestouch.sampling.independence import independence_round
-from bayestouch.sampling.pareto import pareto_smooth
+from bayestouch.sampling.pareto import pareto_smooth, shape_that_counts
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
@@ -124,6 +124,7 @@ def _with_good_proposal(run: Run, proposal: BlockProposal, numbers: IndexArray) 
     streams = BlockStreams(run.seed, numbers, purpose=PURPOSE)
     for part, _, log_p, log_q in weighed(run.log_density, proposal, numbers, streams, POINTS):
         weights, shape = pareto_smooth(log_p - log_q)
+        shape = shape_that_counts(log_p - log_q, shape)
         enough = (weights * weights).sum(axis=1) * POINTS * GOOD_PROPOSAL <= 1
         served[part] = enough & (shape <= run.demands.pareto_k) & (weights.sum(axis=1) > 0)
     return served

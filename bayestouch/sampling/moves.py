@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.sampling.density import POINTS_A_CALL
-from bayestouch.sampling.pareto import pareto_shape
+from bayestouch.sampling.pareto import pareto_shape, shape_that_counts
 from bayestouch.sampling.proposals import BlockProposal, RenewableProposal
 from bayestouch.sampling.streams import BlockStreams
 
@@ -40,7 +40,7 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
     def __init__(self, proposal: BlockProposal, streams: BlockStreams, steps: int) -> None:
         self._proposal, self._streams, self._steps = proposal, streams, steps
         self._step = 0
-        #: Pareto shape of the ratios of posterior to proposal, (B,).
+        #: Pareto shape of the ratios of posterior to proposal, (B,), see `shape_that_counts`.
         self.pareto_k: FloatArray = np.full(proposal.n_blocks, np.nan)
 
     def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
@@ -76,7 +76,7 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
         weights, bars = np.empty((n, blocks)), np.empty((n, blocks))
         for part in self._parts(n):
             log_weights = log_p[:, part].T - log_q[part]
-            self.pareto_k[part] = pareto_shape(log_weights)
+            self.pareto_k[part] = shape_that_counts(log_weights, pareto_shape(log_weights))
             weights[:, part] = log_weights.T
             # log u < new weight - old weight, where -log u is a standard exponential number.
             log_weights += self._streams.select(part).exponential(n)

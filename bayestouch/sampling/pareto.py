@@ -13,6 +13,12 @@ from bayestouch.array_types import FloatArray, IndexArray
 # Weights below the smallest normal number (relative to the largest) are taken as zero.
 _LEAST_LOG = float(np.log(np.finfo(float).tiny))
 _SLICE = 1 << 17  # number of points processed together
+#: Shape above which the tail of weights is looked at more closely, see `shape_that_counts`.
+DOUBTFUL = 0.5
+#: A tail counts if its weights exceed the smallest of them by this share of all weights together. The largest weights
+#: are some three sd from the mean: if as much again is missing there, a mean moves by 0.03 sd, less than by the Monte
+#: Carlo error of 400 draws (0.05 sd).
+NEGLIGIBLE = 0.01
 
 
 def pareto_smooth(log_weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -48,6 +54,29 @@ def pareto_shape(log_weights: FloatArray) -> FloatArray:
     return shape
 
 
+def shape_that_counts(log_weights: FloatArray, shape: FloatArray) -> FloatArray:
+    """Return the Pareto shape of each row of weights (B, n); 0 where the tail is too light to change a result.
+
+    The shape alone does not say how much weight a tail has: weights that are nearly equal may have one of shape 1.
+
+    Parameters
+    ----------
+    log_weights : (B, n) array
+        As of `pareto_smooth`.
+    shape : (B,) array
+        Pareto shapes of the rows.
+    """
+    out, n = shape.copy(), log_weights.shape[1]
+    doubtful = np.flatnonzero(shape > DOUBTFUL)
+    tail, step = min(_tail_length(n), n - 1), max(1, _SLICE // n)
+    for part in (doubtful[first : first + step] for first in range(0, len(doubtful), step)):
+        weights = np.exp(_relative(log_weights[part]))
+        top = np.partition(weights, n - tail - 1, axis=1)[:, n - tail - 1 :]
+        excess = (top - top.min(axis=1, keepdims=True)).sum(axis=1)
+        out[part[excess < NEGLIGIBLE * weights.sum(axis=1)]] = 0.0
+    return out
+
+
 def systematic_resample(weights: FloatArray, n: int, offset: FloatArray) -> IndexArray:
     """Return indices (B, n); each occurs n times its weight (B, N), rounded up or down.
 
@@ -81,10 +110,14 @@ def _relative(log_weights: FloatArray) -> FloatArray:
     return np.asarray(log_weights - np.where(np.isfinite(largest), largest, 0.0))
 
 
+def _tail_length(n: int) -> int:
+    return int(np.ceil(min(n / 5, 3 * np.sqrt(n))))
+
+
 def _replace_tails(relative: FloatArray, smoothed: FloatArray | None, shape: FloatArray) -> None:
     """Fit the tail of each row; write the shape and, unless `smoothed` is None, the smoothed weights."""
     n = relative.shape[1]
-    length = int(np.ceil(min(n / 5, 3 * np.sqrt(n))))
+    length = _tail_length(n)
     if length >= n:
         shape[:] = np.inf
         return

@@ -29,6 +29,7 @@ from bayestouch.sampling import (
 )
 from bayestouch.sampling.density import by_walker
 from bayestouch.sampling.ensembles import ensemble_round
+from bayestouch.sampling.pareto import shape_that_counts
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.sampler import ArraySampler
 
@@ -275,6 +276,25 @@ def test_pareto_smoothing_is_that_of_arviz() -> None:
         assert shape[block] == pytest.approx(float(k), rel=1e-6)
         np.testing.assert_allclose(weights[block], np.exp(expected), rtol=1e-6, atol=1e-12)
     np.testing.assert_array_equal(pareto_shape(log_weights), shape)
+
+
+def test_a_tail_without_weight_does_not_count() -> None:
+    """Weights near 1, and a few of 1.2 to 1.5 or of 2 to 6: tails of shape above 0.5, of 0.2 and 3 % of all weights."""
+    n = 2000
+    even = 1 + 1e-3 * np.arange(n)[None] / n
+    weights = np.concatenate([even, even, even])
+    weights[0, :12] = np.linspace(1.2, 1.5, 12)
+    weights[1, :20] = np.linspace(2.0, 6.0, 20)
+    weights[2] = 1e-300
+    weights[2, :3] = 1.0
+    shape = pareto_shape(np.log(weights))
+    assert (shape > 0.5).all()
+    found = shape_that_counts(np.log(weights), shape)
+    assert found[0] == 0.0
+    np.testing.assert_array_equal(found[1:], shape[1:])
+    # A shape that is no cause for doubt is given back as it is, and so is that of a row without any weight.
+    np.testing.assert_array_equal(shape_that_counts(np.log(weights[:1]), np.array([0.4])), [0.4])
+    assert np.isposinf(shape_that_counts(np.full((1, 100), -np.inf), np.array([np.inf]))).all()
 
 
 def test_pareto_smoothing_without_any_weight() -> None:

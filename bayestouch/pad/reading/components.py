@@ -36,7 +36,8 @@ _MOST_PAIRS = 1000
 # Pairs of touch and node refined together: 20 MB with 8 elements and 3 coordinates.
 _PAIRS = 1 << 15
 
-_ITERATIONS = 2
+# Gauss-Newton steps at most, and the step, in standard deviations of a component, after which it stays where it is.
+_ITERATIONS, _CLOSE = 8, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,8 +164,6 @@ def _refine(
     stride: IntArray,
 ) -> Components:
     """Components of the posterior for pairs (touch, node), by Gauss-Newton steps with the nonlinear map."""
-    here, counts = touches.present[touch], touches.counts[touch]
-    reading = np.where(here, touches.readings[touch] - reader.map.offset, 0.0)
     centre = np.column_stack([lattice.location[node], touches.load[touch]])
     d = centre.shape[1]
     width = np.repeat(lattice.width * stride[:, None], d - 1, axis=1)
@@ -173,30 +172,44 @@ def _refine(
     low, high = centre - reach, centre + reach
     high[:, -1] = np.inf
     x = centre.copy()
-    for step in range(_ITERATIONS + 1):
-        sensitivity, slope = reader.map.slopes(x[:, :-1], x[:, -1])
-        signal, variance = reader.predict(x[:, :-1], x[:, -1], counts)
-        weight = np.where(here, 1 / variance, 0.0)
-        design = np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1)
-        residual = np.where(here, reading - signal, 0.0)
-        hessian = np.einsum("nim,nm,njm->nij", design, weight, design)
-        hessian[:, np.arange(d), np.arange(d)] += prior
-        if step == _ITERATIONS:
+    moving = np.arange(len(x))
+    for _ in range(_ITERATIONS):
+        gradient, hessian, _ = _expanded(reader, touches, touch[moving], x[moving], centre[moving], prior[moving])
+        step = np.linalg.solve(hessian, gradient[..., None])[..., 0]
+        x[moving] = np.clip(x[moving] + step, low[moving], high[moving])
+        moving = moving[np.einsum("ni,nij,nj->n", step, hessian, step) > _CLOSE**2]
+        if not len(moving):
             break
-        gradient = np.einsum("nim,nm->ni", design, weight * residual) + prior * (centre - x)
-        if touches.changes is not None:
-            along, missed, _ = _shared(reader, touches, touch, x, signal, variance, design, residual, centre)
-            hessian -= np.einsum("nqi,nqj->nij", along, along)
-            gradient -= np.einsum("nqi,nq->ni", along, missed)
-        x = np.clip(x + np.linalg.solve(hessian, gradient[..., None])[..., 0], low, high)
+    _, hessian, cost = _expanded(reader, touches, touch, x, centre, prior)
+    cost = cost + np.asarray(np.linalg.slogdet(hessian)[1])
+    place = lattice.place[node] // stride[:, None]
+    return Components(touch, place, -0.5 * cost, x, np.asarray(np.linalg.inv(hessian)))
+
+
+def _expanded(
+    reader: PadReader, touches: PadTouches, touch: IntArray, x: FloatArray, centre: FloatArray, prior: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Half of minus the gradient of -2 log density at points x (n, d), half of its Hessian, and the value (n,).
+
+    The variance of the readings counts as constant in the derivatives.
+    """
+    here, counts, d = touches.present[touch], touches.counts[touch], x.shape[1]
+    reading = np.where(here, touches.readings[touch] - reader.map.offset, 0.0)
+    sensitivity, slope = reader.map.slopes(x[:, :-1], x[:, -1])
+    signal, variance = reader.predict(x[:, :-1], x[:, -1], counts)
+    weight = np.where(here, 1 / variance, 0.0)
+    design = np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1)
+    residual = np.where(here, reading - signal, 0.0)
+    hessian = np.einsum("nim,nm,njm->nij", design, weight, design)
+    hessian[:, np.arange(d), np.arange(d)] += prior
+    gradient = np.einsum("nim,nm->ni", design, weight * residual) + prior * (centre - x)
     cost = (weight * residual**2 + np.where(here, np.log(variance), 0.0)).sum(axis=1)
     if touches.changes is not None:
         along, missed, log_determinant = _shared(reader, touches, touch, x, signal, variance, design, residual, centre)
         hessian -= np.einsum("nqi,nqj->nij", along, along)
+        gradient -= np.einsum("nqi,nq->ni", along, missed)
         cost += log_determinant - (missed**2).sum(axis=1)
-    cost += (prior * (x - centre) ** 2).sum(axis=1) + np.linalg.slogdet(hessian)[1]
-    place = lattice.place[node] // stride[:, None]
-    return Components(touch, place, -0.5 * cost, x, np.linalg.inv(hessian))
+    return gradient, hessian, cost + (prior * (x - centre) ** 2).sum(axis=1)
 
 
 def _shared(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import Components, components_of
 from bayestouch.pad.reading.lattice import Lattice, lattice_for
-from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
+from bayestouch.pad.reading.proposal import WithLogLoad, count_places, many_parts
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 from bayestouch.reading.touch_reader import Drawn
 
@@ -48,7 +49,7 @@ class PadGroup:
         Readings and prior loads of the touches.
     location : (t, D) array
         Reference locations, mm; NaN unknown. Only ``reference_level`` depends on them.
-    proposal : ManyParts
+    proposal : WithLogLoad
         Proposal of the sampler.
     modes : (t,) int array
         Number of separate locations in each posterior.
@@ -58,7 +59,7 @@ class PadGroup:
     reader: PadReader
     known: PadTouches
     location: FloatArray
-    proposal: ManyParts
+    proposal: WithLogLoad
     modes: IndexArray
 
     def log_density(self, x: FloatArray, touch: IndexArray) -> FloatArray:
@@ -124,7 +125,14 @@ class PadSampler:
         for start in range(0, len(order), _TOGETHER):
             some = np.sort(order[start : start + _TOGETHER])
             group = known.select(some) if uncertain[some].any() else replace(known, changes=None).select(some)
-            yield PadGroup(rows[some], self.reader, group, window.location[some], parts.select(some), modes[some])
+            first, map_ = WithLogLoad.of(parts.select(some)), self.reader.map
+            proposal = first.weighed_by(partial(_density, self.reader, group), map_.low, map_.high)
+            yield PadGroup(rows[some], self.reader, group, window.location[some], proposal, modes[some])
+
+
+def _density(reader: PadReader, known: PadTouches, x: FloatArray) -> FloatArray:
+    """Log posterior density (t, n) of points (t, n, D + 1) of all touches."""
+    return reader.log_density(known, x, np.arange(len(x)))
 
 
 def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> BoolArray:
@@ -151,7 +159,7 @@ def _thinned(draws: FloatArray) -> FloatArray:
     return joined[:, :: max(1, joined.shape[1] // _THINNED)]
 
 
-def _levels(parts: ManyParts, draws: FloatArray, reference: FloatArray) -> FloatArray:
+def _levels(parts: WithLogLoad, draws: FloatArray, reference: FloatArray) -> FloatArray:
     """Share of draws where the density of the location is higher than at the reference (t, D), (t,); NaN unknown."""
     location = parts.without_last()
     with np.errstate(invalid="ignore"):

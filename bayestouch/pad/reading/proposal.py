@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -21,6 +22,9 @@ _POWER = 2**_SQUARINGS
 
 # The parts are wider than the components of the posterior by this factor, so that the proposal covers it.
 _WIDER = 1.05
+
+# A part that is broader than all others together covers what they leave out: its share, and its relative width.
+_BROAD_SHARE, _BROADER = 0.1, 1.5
 
 # Largest number of parts of one touch; more are merged with their neighbours on the lattice.
 _MOST_PARTS = 96
@@ -109,6 +113,92 @@ class ManyParts:
         volume = np.log(np.diagonal(self.root, axis1=2, axis2=3)).sum(axis=2)
         peak = gammaln(_POWER) - gammaln(dof / 2) - d / 2 * np.log(dof * np.pi)
         return np.asarray(self.weight * np.exp(peak - volume))
+
+
+@dataclass(frozen=True, eq=False)
+class WithLogLoad:
+    """A mixture of location and logarithm of the load, as a proposal of location and load.
+
+    The noise is often in proportion to the load, so that the posterior of its logarithm is nearer to a normal one.
+
+    Attributes
+    ----------
+    parts : ManyParts
+        The mixture; its last coordinate is the logarithm of the load.
+    """
+
+    parts: ManyParts
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of touches B."""
+        return self.parts.n_blocks
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates d."""
+        return self.parts.dimension
+
+    @classmethod
+    def of(cls, parts: ManyParts) -> WithLogLoad:
+        """From a mixture of location and load, whose parts have the same locations and relative spreads of the load."""
+        mean, root = parts.mean.copy(), parts.root.copy()
+        root[..., -1, :] /= mean[..., -1:]
+        mean[..., -1] = np.log(mean[..., -1])
+        return cls(ManyParts(parts.weight, mean, root))
+
+    def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
+        """n draws per touch, (B, n, d), and their log density, (B, n)."""
+        x, log_density = self.parts.draw(streams, n)
+        log_density -= x[..., -1]
+        np.exp(x[..., -1], out=x[..., -1])
+        return x, log_density
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Normalised log density (B, n) of points (B, n, d); minus infinity without a load."""
+        with np.errstate(divide="ignore"):
+            log_load = np.log(np.maximum(x[..., -1], 0.0))
+        points = np.concatenate([x[..., :-1], np.where(np.isfinite(log_load), log_load, 0.0)[..., None]], axis=-1)
+        return np.where(np.isfinite(log_load), self.parts.log_density(points) - log_load, -np.inf)
+
+    def select(self, blocks: ArrayLike) -> WithLogLoad:
+        """Mixtures of some of the touches, by index or mask."""
+        return WithLogLoad(self.parts.select(blocks))
+
+    def without_last(self) -> ManyParts:
+        """Marginal mixtures of the location."""
+        return self.parts.without_last()
+
+    def weighed_by(
+        self, log_density: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray
+    ) -> WithLogLoad:
+        """The same parts with weights by the density, and a broad part.
+
+        The weight of a part was that of a normal density, as the posterior is if the readings are linear in the
+        location and the load. It is multiplied by the ratio of the density to the mixture at the centre of the part, or
+        at the location nearest to it within `low` and `high` (D,).
+
+        Parameters
+        ----------
+        log_density : callable
+            Log density (B, n) of points (B, n, d), up to a constant for each touch.
+        low, high : (D,) arrays
+            Ends of the locations that are possible, mm.
+        """
+        weight, mean, root = self.parts.weight, self.parts.mean, self.parts.root
+        centre = np.concatenate([np.clip(mean[..., :-1], low, high), np.exp(mean[..., -1:])], axis=-1)
+        ratio = np.where(weight > 0, log_density(centre) - self.log_density(centre), -np.inf)
+        weight = weight * np.exp(ratio - ratio.max(axis=1, keepdims=True))
+        weight /= weight.sum(axis=1, keepdims=True)
+        middle = np.einsum("bk,bkd->bd", weight, mean)
+        off = mean - middle[:, None]
+        spread = root @ root.transpose(0, 1, 3, 2) + off[..., :, None] * off[..., None, :]
+        broad = _BROADER * np.linalg.cholesky(np.einsum("bk,bkij->bij", weight, spread))
+        weight = np.concatenate([(1 - _BROAD_SHARE) * weight, np.full((len(weight), 1), _BROAD_SHARE)], axis=1)
+        mean, root = np.concatenate([mean, middle[:, None]], axis=1), np.concatenate([root, broad[:, None]], axis=1)
+        order = np.argsort(-weight, axis=1)
+        rows = np.arange(len(order))[:, None]
+        return WithLogLoad(ManyParts(weight[rows, order], mean[rows, order], root[rows, order]))
 
 
 def many_parts(components: Components, n_touches: int) -> ManyParts:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import optimize, stats
 
 from bayestouch.pad.reading import components
 from bayestouch.pad.reading.components import Components, components_of
@@ -160,3 +160,40 @@ def test_parts_near_the_best_of_their_touch() -> None:
     kept = components._near_best(made, 3, 12.0)
     np.testing.assert_array_equal(kept, [True, True, False, True, True, False])
     np.testing.assert_array_equal(made.select(kept).log_weight, weight[kept])
+
+
+class Bent(Plane):
+    """Signals that go with the square of the load."""
+
+    def slopes(self, location: np.ndarray, load: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        by_load, along = super().slopes(location)
+        return (by_load, along) if load is None else (2 * load[..., None] * by_load, load[..., None, None] * along)
+
+    def predict(self, location: np.ndarray, load: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        signal, variance = super().predict(location, load, counts)
+        return load[..., None] * signal, variance
+
+
+def test_parts_are_at_their_most_probable_places() -> None:
+    """Readings that are not linear in the load, and a load that is hardly known: the gradient there is zero.
+
+    A step that is left is below a tenth of an sd, and steps shrink by more than a half each time.
+    """
+    reader = Bent(1)
+    readings = OFFSET + 9.0 * (GAIN[:, 0] + 0.4 * GAIN[:, 1])
+    given = PadTouches(readings[None], np.full((1, 2), 4), np.array([2.0]), np.array([2.0]))
+    nodes = lattice(1)
+    parts = components_of(reader, given, nodes)  # type: ignore[arg-type]
+    best = np.argmax(parts.log_weight)
+    mean = parts.mean[best]
+    np.testing.assert_allclose(mean, [0.4, 3.0], atol=0.05)
+    node = nodes.location[parts.place[best, 0], 0]
+
+    def cost(x: np.ndarray) -> float:
+        signal = x[1] ** 2 * (GAIN[:, 0] + x[0] * GAIN[:, 1])
+        z = np.r_[(readings - OFFSET - signal) / (SD / 2), (x[0] - node) / nodes.width, (x[1] - 2.0) / 2.0]
+        return float(0.5 * z @ z)
+
+    found = optimize.minimize(cost, mean, method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12}).x
+    off = found - mean
+    assert off @ np.linalg.solve(parts.covariance[best], off) < 0.05**2

@@ -8,7 +8,7 @@ from scipy import stats
 
 from bayestouch.pad.reading import proposal
 from bayestouch.pad.reading.components import Components
-from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
+from bayestouch.pad.reading.proposal import ManyParts, WithLogLoad, count_places, many_parts
 from bayestouch.sampling.streams import BlockStreams
 
 ROOT = np.array([[2.0, 0.0], [0.6, 0.5]])
@@ -65,6 +65,62 @@ def test_some_touches() -> None:
     made = mixture()
     np.testing.assert_allclose(made.select([0]).log_density(np.ones((1, 3, 2)))[0], exact(made, 0, np.ones((3, 2))))
     assert made.select([1]).weight.shape == (1, 1) and made.select(np.array([True, False])).weight.shape == (1, 2)
+
+
+def positive() -> ManyParts:
+    """Mixtures of location and load, with loads from 2 to 6 N."""
+    made = mixture()
+    return ManyParts(made.weight, np.abs(made.mean) + np.array([0.0, 2.0]), 0.3 * made.root)
+
+
+def test_mixtures_of_the_logarithm_of_the_load() -> None:
+    """A Student-t of x and ln P, by the change of variables; spreads of ln P are those of P over its centre."""
+    given = positive()
+    made = WithLogLoad.of(given)
+    x = np.random.default_rng(0).uniform(0.5, 6.0, (2, 5, 2))
+    found = made.log_density(x)
+    for touch in range(2):
+        total = np.zeros(5)
+        for weight, mean, root in zip(given.weight[touch], given.mean[touch], given.root[touch], strict=True):
+            scaled = np.diag([1, 1 / mean[1]]) @ root
+            log = stats.multivariate_t([mean[0], np.log(mean[1])], scaled @ scaled.T, df=14)
+            total += weight * log.pdf(np.column_stack([x[touch, :, 0], np.log(x[touch, :, 1])])) / x[touch, :, 1]
+        np.testing.assert_allclose(found[touch], np.log(total), rtol=1e-10)
+    draws, log_q = made.draw(BlockStreams(3, np.arange(2)), 1000)
+    np.testing.assert_allclose(log_q, made.log_density(draws))
+    assert (draws[..., 1] > 0).all()
+    assert np.isneginf(made.log_density(np.array([[[1.0, 0.0]], [[1.0, -2.0]]]))).all()
+    np.testing.assert_allclose(
+        made.without_last().log_density(x[..., :1]), given.without_last().log_density(x[..., :1])
+    )
+    np.testing.assert_allclose(made.select([1]).log_density(x[1:]), found[1:])
+
+
+def test_parts_are_weighed_by_the_density() -> None:
+    """Two parts far apart get the shares of their peaks; the broad part has a tenth, and 1.5 times the whole spread."""
+    root = 0.1 * np.array([[np.eye(2), np.eye(2)]])
+    given = WithLogLoad.of(ManyParts(np.array([[0.5, 0.5]]), np.array([[[-3.0, 4.0], [3.0, 4.0]]]), root))
+
+    def log_density(x: np.ndarray) -> np.ndarray:
+        return np.where(x[..., 0] > 0, np.log(4.0), 0.0) - 0.5 * (np.abs(x[..., 0]) - 3) ** 2 / 0.01
+
+    made = given.weighed_by(log_density, np.array([-9.0]), np.array([9.0])).parts
+    np.testing.assert_allclose(made.weight[0], [0.72, 0.18, 0.1], rtol=1e-9)
+    np.testing.assert_allclose(made.mean[0, :, 0], [3.0, -3.0, 0.8 * 3 - 0.2 * 3])
+    # Of the location: the spread of each part, and of two places 6 mm apart with shares 0.8 and 0.2.
+    np.testing.assert_allclose(made.root[0, 2, 0, 0], 1.5 * np.sqrt(0.1**2 + 0.8 * 0.2 * 6**2))
+
+
+def test_a_part_beyond_the_region_is_weighed_at_its_edge() -> None:
+    """The density at the edge over that of the mixture there; it is minus infinity at the centre of the part."""
+    mean, root = np.array([[[-1.0, 4.0], [0.5, 4.0]]]), np.tile(np.eye(2), (1, 2, 1, 1))
+    given = WithLogLoad.of(ManyParts(np.array([[0.5, 0.5]]), mean, root))
+
+    def log_density(x: np.ndarray) -> np.ndarray:
+        return np.where(x[..., 0] < 0, -np.inf, given.log_density(x))
+
+    made = given.weighed_by(log_density, np.array([0.0]), np.array([9.0])).parts
+    np.testing.assert_allclose(made.weight[0], [0.45, 0.45, 0.1], rtol=1e-9)
 
 
 def parts(touch: list[int], place: list[list[int]], weight: list[float]) -> Components:
