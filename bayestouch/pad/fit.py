@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.pad import PadChain
+from bayestouch.chain.places import Places
 from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
@@ -29,23 +30,26 @@ class PadFit:
         Covariance of reading minus kernel.
     known : TouchMeans
         The touches; all have a load.
+    places : Places
+        Locations of the touches.
     """
 
     chain: PadChain
     laplace: LaplaceFit
     misfit: MapDiscrepancy
     known: TouchMeans
+    places: Places
 
     @cached_property
     def residual(self) -> FloatArray:
         """Reading minus kernel, (n, m); 0 where missing."""
-        predicted = self.chain.predict(self.known.location, self.known.load)
+        predicted = _predicted(self.chain, self.known, self.places)
         return np.where(self.misfit.present, self.known.readings - predicted, 0.0)
 
     @cached_property
     def jacobian(self) -> tuple[tuple[IntArray, FloatArray], ...]:
         """For each element: indices of its parameters (p,), and the derivatives of its readings over them (n, p)."""
-        return _jacobian(self.chain, self.known)
+        return _jacobian(self.chain, self.known, self.places)
 
     @cached_property
     def weights(self) -> FloatArray:
@@ -81,7 +85,7 @@ class PadFit:
 
     def predicted(self) -> FloatArray:
         """Predicted readings of the touches by kernel and correction, (n, m)."""
-        out = self.chain.predict(self.known.location, self.known.load)
+        out = _predicted(self.chain, self.known, self.places)
         if self.misfit.misfit:
             for e in range(self.chain.n_elements):
                 correction = self.misfit.cross(e, self.known.location, self.misfit.shape[:, e]) @ self.weights[:, e]
@@ -105,12 +109,13 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
     """
     low, high = (np.array([prior.support[side] for prior in priors]) for side in (0, 1))
     width = np.where(np.isfinite(high - low), high - low, [_unbounded_width(each) for each in priors])
+    places = Places.of(known.location)
     tiny = 1e-6 * np.maximum(width, 1e-9)
     low, high = low + tiny, high - tiny
 
     def residuals(vector: FloatArray) -> FloatArray:
         chain = start.with_flat(vector)
-        difference = known.readings - chain.predict(known.location, known.load)
+        difference = known.readings - _predicted(chain, known, places)
         difference = np.where(misfit.present, difference, 0.0)
         data = [misfit.whiten(e, difference[:, e]) for e in range(chain.n_elements)]
         return np.concatenate([*data, _prior_rows(vector, priors)[0]])
@@ -118,14 +123,14 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
     def jacobian(vector: FloatArray) -> FloatArray:
         chain = start.with_flat(vector)
         blocks = []
-        for e, (columns, derivative) in enumerate(_jacobian(chain, known)):
+        for e, (columns, derivative) in enumerate(_jacobian(chain, known, places)):
             block = np.zeros((known.n_touches, len(vector)))
             block[:, columns] = -misfit.whiten(e, np.where(misfit.present[:, e, None], derivative, 0.0))
             blocks.append(block)
         return np.concatenate([*blocks, np.diag(_prior_rows(vector, priors)[1])])
 
     laplace = least_squares_map(residuals, jacobian, np.clip(start.flat, low, high), (low, high))
-    return PadFit(start.with_flat(laplace.mode), laplace, misfit, known)
+    return PadFit(start.with_flat(laplace.mode), laplace, misfit, known, places)
 
 
 def _unbounded_width(prior: Prior) -> float:
@@ -134,8 +139,12 @@ def _unbounded_width(prior: Prior) -> float:
     return min(1.0, 1e3 * size)
 
 
-def _jacobian(chain: PadChain, known: TouchMeans) -> tuple[tuple[IntArray, FloatArray], ...]:
-    derivative = chain.sensitivity_derivatives(known.location) * known.load[:, None, None]
+def _predicted(chain: PadChain, known: TouchMeans, places: Places) -> FloatArray:
+    return np.asarray(chain.offset + known.load[:, None] * places.values(chain.sensitivity))
+
+
+def _jacobian(chain: PadChain, known: TouchMeans, places: Places) -> tuple[tuple[IntArray, FloatArray], ...]:
+    derivative = places.values(chain.sensitivity_derivatives) * known.load[:, None, None]
     m, dimensions = chain.position.shape
     kernel = np.arange((2 + dimensions) * m, len(chain.flat))
     out = []

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
+from bayestouch.chain.places import Places
 from bayestouch.chain.recording import Recording
 from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.observations import Observations
@@ -115,10 +116,9 @@ class PadModel(SensorModel):
         """Touches after the effects on their pose, for loads as read or `load` (t,)."""
         observed = self.observed
         assert isinstance(observed, Observations)
-        places = [axis for axis in (observed.means.x_mm, observed.means.y_mm) if axis is not None]
         recording = Recording(
             indenter_radius_mm=observed.means.indenter_radius_mm,
-            place=tuple(places[: len(self.element_place)]),
+            place=self._stated_axes,
             load=self.load if load is None else load,
             time_s=observed.touch_time_s,
             held_s=observed.touch_held_s,
@@ -137,12 +137,28 @@ class PadModel(SensorModel):
         recording = self.poses(vector, load)
         return replace(recording, signal=recording.load[:, None] * self._sensitivity(vector, recording))
 
+    @cached_property
+    def _stated_places(self) -> Places:
+        return Places.of(np.stack(self._stated_axes, axis=1))
+
+    @property
+    def _stated_axes(self) -> tuple[FloatArray, ...]:
+        means = self.known.means
+        axes = [axis for axis in (means.x_mm, means.y_mm) if axis is not None]
+        return tuple(axes[: len(self.element_place)])
+
+    def _places(self, recording: Recording) -> Places:
+        """Locations of the touches: those that are stated, unless an effect moves a touch."""
+        if all(one is two for one, two in zip(recording.place, self._stated_axes, strict=True)):
+            return self._stated_places
+        return Places.of(np.stack(recording.place, axis=1))
+
     def _sensitivity(self, vector: FloatArray, recording: Recording) -> FloatArray:
         """Signal per unit load, (t, m)."""
-        place = np.stack(recording.place, axis=1)
-        out = self.chain(vector).sensitivity(place)
+        places = self._places(recording)
+        out = places.values(self.chain(vector).sensitivity)
         if self.map is not None:
-            out = out + self.map.sensitivity(place, vector[self.n_chain : self.n_base])
+            out = out + self.map.sensitivity(places.location, vector[self.n_chain : self.n_base])
         return out
 
     def predict(self, vector: FloatArray, load: FloatArray | None = None) -> Predicted:
@@ -173,13 +189,13 @@ class PadModel(SensorModel):
 
     def _of_base(self, vector: FloatArray, recording: Recording) -> FloatArray:
         """Derivative of the signal over the base parameters, (d, t, m); zero for the offsets."""
-        place, load = np.stack(recording.place, axis=1), recording.load[:, None]
+        places, load = self._places(recording), recording.load[:, None]
         chain = self.chain(vector)
-        own = np.moveaxis(chain.sensitivity_derivatives(place), -1, 0) * load
+        own = np.moveaxis(places.values(chain.sensitivity_derivatives), -1, 0) * load
         own[self._logarithmic] *= chain.flat[self._logarithmic][:, None, None]
         if self.map is None:
             return np.asarray(own)
-        return np.concatenate([own, self.map.columns(place) * load])
+        return np.concatenate([own, self.map.columns(places.location) * load])
 
     def _slope(self, rows: Recording, vector: FloatArray) -> FloatArray:
         """Derivative of the readings over the signals: (n, m), or (n, signal, reading) if an effect mixes elements."""
