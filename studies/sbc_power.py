@@ -137,7 +137,7 @@ def checks() -> list[Check]:
         "`tests/simulation_based_calibration/test_touches.py`, touches",
         "`studies/sbc_touches.py`, each row",
     )
-    small, calibrations = "`tests/studies/test_studies.py`, two elements", "`studies/sbc_calibration.py`"
+    small, calibrations = "`tests/studies/test_studies_of_statistics.py`, two elements", "`studies/sbc_calibration.py`"
     return [
         pooled(touches, 500, TOUCH),
         by_quantity(touches, 500, TOUCH, 4),

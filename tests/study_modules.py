@@ -30,3 +30,12 @@ def study(name: str) -> ModuleType:
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def is_drawn(path: Path) -> bool:
+    """Whether a picture is large enough to be looked at, and not empty: axes with their labels are 2.2 % of ink."""
+    from PIL import Image
+
+    picture = Image.open(path).convert("L")
+    ink = sum(picture.histogram()[:200]) / (picture.width * picture.height)
+    return picture.width > 600 and picture.height > 250 and ink > 0.025

@@ -3,7 +3,7 @@
 Some forms of the effects are ones that the catalogue's formula can be, others are not: `independent` says which. The
 catalogue and the search were changed after failures on some of these very cases (two exponentials of memory, proximity
 with a drift of gains, the loose patch), so that they show that those failures do not come back, not how often a
-diagnosis is right. `studies/error_rates.py` measures rates; its small version runs with `test_studies.py`.
+diagnosis is right. `studies/error_rates.py` measures rates; `test_studies_of_statistics.py` runs it small.
 """
 
 from __future__ import annotations

@@ -1,0 +1,73 @@
+"""Benchmarks run small, and their numbers."""
+
+from __future__ import annotations
+
+import pytest
+from study_modules import study
+
+import bayestouch
+
+
+def test_log_likelihood_benchmark_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cost is printed, and the table beats the series it replaces by far more than timing can blur."""
+    module = study("benchmarks/log_likelihood")
+    monkeypatch.setattr(module, "TOUCHES", 32)
+    nanoseconds = module.main()
+    assert nanoseconds["tabulated, calibration plugged in"] < nanoseconds["Fourier series"] / 5
+
+
+def test_contact_benchmark(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each way of solving the contact is timed, and shown as a multiple of Hertz."""
+    seconds = study("benchmarks/contact").main()
+    lines = capsys.readouterr().out.splitlines()[1:]
+    assert len(lines) == len(seconds) == 3
+    for line, value in zip(lines, seconds.values(), strict=True):
+        assert float(line.split()[-3]) == pytest.approx(value / seconds["Hertz"], abs=0.006)
+
+
+def test_many_touches_benchmark_meets_its_demands(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every touch reaches the effective sample size that the benchmark claims."""
+    study("benchmarks/many_touches").main(64)
+    lines = [line for line in capsys.readouterr().out.splitlines() if "least ESS" in line]
+    assert len(lines) == 4
+    assert all(float(line.split("least ESS")[1].split()[0]) >= 400 for line in lines)
+
+
+def test_calibrations_of_fingers_have_enough_draws() -> None:
+    """The row says what the calibration does."""
+    design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=4.0, flat_step_deg=8.0)
+    (row,) = study("benchmarks/finger_calibrations").main(("cross-talk",), design)
+    assert row[0] == "cross-talk" and 0 < float(row[1]) <= 1
+    assert float(row[2]) >= 400 and float(row[3]) <= 1.02
+
+
+def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    ratios = study("benchmarks/reading").main(1, 1)
+    assert ratios["pandas.read_csv"] == 1 and min(ratios.values()) > 0
+    assert "7,380 rows" in capsys.readouterr().out
+
+
+def test_interruptions() -> None:
+    """Killed by a signal and with the disk full, a run loses nothing and ends with the same bytes."""
+    found = study("interruptions").main(1, 0)
+    assert found["SIGKILL"].injected == found["SIGTERM"].injected == found["disk full"].injected == 1
+    assert all(tally.lost == 0 for tally in found.values())
+
+
+@pytest.mark.slow
+def test_scaling() -> None:
+    """The table is printed; what a touch costs does not grow from a thousand to two."""
+    found = study("benchmarks/scaling").main((1000, 2000))
+    # two runs of a second on a machine that does other things: a wide net for what is quadratic
+    assert found["time"] < 1.6
+    assert found["memory"] < 0.3
+
+
+@pytest.mark.slow
+def test_cluster() -> None:
+    """Blocks are read by one worker and by two, and a block's overhead is small beside a second."""
+    pytest.importorskip("distributed", reason="distributed is not installed")
+    found = study("benchmarks/cluster").main(512, 1, (128, 256))
+    assert found["overhead"] < 1.0
+    assert found["speed-up"] > 0.3
