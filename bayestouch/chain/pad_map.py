@@ -158,7 +158,7 @@ class PadMap:
             derivative of the sensitivity along each coordinate, per mm.
         """
         m, axes, index = self.n_elements, range(self.dimensions), self._index(location)
-        parts = [each[..., :m] for each in _interpolate(self._coefficients, index, (None, *axes))]
+        parts = _interpolate(self._coefficients[..., :m], index, (None, *axes))
         marginal = parts[0]
         if load is not None and self.loads is not None:
             cell, weight, by_log = self._load_weights(load)

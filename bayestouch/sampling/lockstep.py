@@ -123,8 +123,9 @@ def _with_good_proposal(run: Run, proposal: BlockProposal, numbers: IndexArray) 
     served = np.empty(proposal.n_blocks, dtype=bool)
     streams = BlockStreams(run.seed, numbers, purpose=PURPOSE)
     for part, _, log_p, log_q in weighed(run.log_density, proposal, numbers, streams, POINTS):
-        weights, shape = pareto_smooth(log_p - log_q)
-        shape = shape_that_counts(log_p - log_q, shape)
+        log_weights = log_p - log_q
+        weights, shape = pareto_smooth(log_weights)
+        shape = shape_that_counts(log_weights, shape)
         enough = (weights * weights).sum(axis=1) * POINTS * GOOD_PROPOSAL <= 1
         served[part] = enough & (shape <= run.demands.pareto_k) & (weights.sum(axis=1) > 0)
     return served

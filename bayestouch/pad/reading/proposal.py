@@ -156,10 +156,10 @@ class WithLogLoad:
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Normalised log density (B, n) of points (B, n, d); minus infinity without a load."""
-        with np.errstate(divide="ignore"):
-            log_load = np.log(np.maximum(x[..., -1], 0.0))
-        points = np.concatenate([x[..., :-1], np.where(np.isfinite(log_load), log_load, 0.0)[..., None]], axis=-1)
-        return np.where(np.isfinite(log_load), self.parts.log_density(points) - log_load, -np.inf)
+        pressed = x[..., -1] > 0
+        log_load = np.log(np.where(pressed, x[..., -1], 1.0))
+        points = np.concatenate([x[..., :-1], log_load[..., None]], axis=-1)
+        return np.where(pressed, self.parts.log_density(points) - log_load, -np.inf)
 
     def select(self, blocks: ArrayLike) -> WithLogLoad:
         """Mixtures of some of the touches, by index or mask."""
