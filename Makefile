@@ -44,7 +44,7 @@ test-slow: $(VENV)/.ready-dev
 
 # One run for both, so that no core waits for the other's last test: the slow ones begin (conftest.py).
 test-all: lint
-	$(BIN)/pytest -n 2 --dist worksteal -q -m 'slow or not slow'
+	$(BIN)/pytest -n 2 --dist worksteal -q --durations=60 -m 'slow or not slow'
 
 # What old libraries say of newer ones beneath them is no fault of ours: warnings are no errors here.
 test-oldest: .venv-oldest/.ready
