@@ -12,3 +12,6 @@ IntArray = NDArray[np.int64]
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 ObjectArray = NDArray[Any]
+
+#: A number, or an array with one number for each of several things.
+FloatOrArray = float | FloatArray

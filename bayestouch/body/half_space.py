@@ -13,17 +13,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayestouch.array_types import FloatArray
-from bayestouch.body.layer_transfer import Quantity, check_layer
-from bayestouch.errors import InputError
+from bayestouch.array_types import FloatArray, FloatOrArray
+from bayestouch.body.layer_transfer import Quantity, check_layer, refuse_first
 
 
 def half_space_kernel_2d(
     rho_mm: ArrayLike,
-    depth_mm: float,
-    indenter_radius_mm: float = 0.0,
+    depth_mm: FloatOrArray,
+    indenter_radius_mm: FloatOrArray = 0.0,
     *,
-    poisson_ratio: float = 0.5,
+    poisson_ratio: FloatOrArray = 0.5,
     quantity: Quantity = "normal_stress",
 ) -> FloatArray:
     """Response of a half-space to a unit load (1 N) with Hertz pressure over a disc.
@@ -32,11 +31,11 @@ def half_space_kernel_2d(
     ----------
     rho_mm : array_like
         Distance from the axis of the load, mm.
-    depth_mm : float
-        Depth below the surface, mm, positive.
-    indenter_radius_mm : float
+    depth_mm : float or array
+        Depth below the surface, mm, positive. It and the next two may be arrays that broadcast with the distance.
+    indenter_radius_mm : float or array
         Radius of the loaded disc, mm; 0 is Boussinesq's point load, ``3 z³/(2π (ρ²+z²)^(5/2))``.
-    poisson_ratio : float
+    poisson_ratio : float or array
         σ; the normal stress does not depend on it.
     quantity : {"normal_stress", "mean_stress", "normal_strain"}
         As in `bayestouch.body.layer.layer_transfer`; the strain at μ = 1 MPa.
@@ -70,10 +69,10 @@ def half_space_kernel_2d(
 
 def half_space_kernel_1d(
     x_mm: ArrayLike,
-    depth_mm: float,
-    indenter_radius_mm: float = 0.0,
+    depth_mm: FloatOrArray,
+    indenter_radius_mm: FloatOrArray = 0.0,
     *,
-    poisson_ratio: float = 0.5,
+    poisson_ratio: FloatOrArray = 0.5,
     quantity: Quantity = "normal_stress",
 ) -> FloatArray:
     """Response of a half-space to a unit line load (1 N/mm) with Hertz pressure over a strip, plane strain.
@@ -93,7 +92,7 @@ def half_space_kernel_1d(
     return _quantity(stress, harmonic, poisson_ratio, quantity)
 
 
-def _quantity(stress: FloatArray, harmonic: FloatArray, poisson_ratio: float, quantity: Quantity) -> FloatArray:
+def _quantity(stress: FloatArray, harmonic: FloatArray, poisson_ratio: FloatOrArray, quantity: Quantity) -> FloatArray:
     if quantity == "normal_stress":
         return np.asarray(stress)
     if quantity == "mean_stress":
@@ -101,7 +100,9 @@ def _quantity(stress: FloatArray, harmonic: FloatArray, poisson_ratio: float, qu
     return np.asarray(0.5 * stress - poisson_ratio * harmonic)
 
 
-def _check(depth_mm: float, load_radius_mm: float, poisson_ratio: float) -> tuple[float, float]:
-    if not 0 <= load_radius_mm < np.inf:
-        raise InputError(f"radius of the loaded disc must be zero or larger, got {load_radius_mm:g} mm")
+def _check(
+    depth_mm: FloatOrArray, load_radius_mm: FloatOrArray, poisson_ratio: FloatOrArray
+) -> tuple[FloatOrArray, FloatOrArray]:
+    fine = np.greater_equal(load_radius_mm, 0) & np.isfinite(load_radius_mm)
+    refuse_first("radius of the loaded disc must be zero or larger, got {:g} mm", fine, load_radius_mm)
     return check_layer(np.inf, poisson_ratio, depth_mm), load_radius_mm

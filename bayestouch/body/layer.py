@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import j0, j1
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, FloatOrArray
 from bayestouch.body.half_space import half_space_kernel_1d, half_space_kernel_2d
 from bayestouch.body.layer_transfer import (
     Quantity,
@@ -59,26 +59,29 @@ NODES, WIDE_LOAD, NODES_OF_WIDE_LOAD = 128, 4.0, 512
 
 def layer_kernel_2d(
     rho_mm: ArrayLike,
-    thickness_mm: float,
-    poisson_ratio: float,
-    indenter_radius_mm: float = 0.0,
-    depth_mm: float | None = None,
+    thickness_mm: FloatOrArray,
+    poisson_ratio: FloatOrArray,
+    indenter_radius_mm: FloatOrArray = 0.0,
+    depth_mm: FloatOrArray | None = None,
     quantity: Quantity = "normal_stress",
 ) -> FloatArray:
     """Response of a bonded layer (a pad) at a distance from a unit load (1 N).
+
+    Each parameter may be an array (n,) with the values of n layers: the distances then have n as their first axis.
+    Many layers take much less time together than one by one.
 
     Parameters
     ----------
     rho_mm : array_like
         Distance between element and load in the plane, mm; also for a line of elements touched by a ball.
-    thickness_mm : float
-        Layer thickness h, mm; ``inf`` is the half-space, which needs a depth.
-    poisson_ratio : float
+    thickness_mm : float or (n,) array
+        Layer thickness h, mm; the number ``inf`` is the half-space, which needs a depth.
+    poisson_ratio : float or (n,) array
         σ, above -1 and at most 0.5.
-    indenter_radius_mm : float
+    indenter_radius_mm : float or (n,) array
         Radius of the disc that the Hertz pressure acts on, mm; 0 is a point load. It is the radius of the contact,
         not of the ball. If it is much smaller than the depth, it has almost no influence at the base.
-    depth_mm : float, optional
+    depth_mm : float or (n,) array, optional
         Depth of the elements below the surface, mm; the base by default.
     quantity : {"normal_stress", "mean_stress", "normal_strain"}
         Quantity that an element measures, as in `layer_transfer`; the three are proportional at the base.
@@ -98,10 +101,10 @@ def layer_kernel_2d(
 
 def layer_kernel_1d(
     x_mm: ArrayLike,
-    thickness_mm: float,
-    poisson_ratio: float,
-    indenter_radius_mm: float = 0.0,
-    depth_mm: float | None = None,
+    thickness_mm: FloatOrArray,
+    poisson_ratio: FloatOrArray,
+    indenter_radius_mm: FloatOrArray = 0.0,
+    depth_mm: FloatOrArray | None = None,
     quantity: Quantity = "normal_stress",
 ) -> FloatArray:
     """Response of a bonded layer at a distance from a unit *line* load (1 N/mm, plane strain), 1/mm.
@@ -115,21 +118,32 @@ def layer_kernel_1d(
 def _kernel(
     dimensions: int,
     distance_mm: ArrayLike,
-    thickness_mm: float,
-    poisson_ratio: float,
-    load_radius_mm: float,
-    depth_mm: float | None,
+    thickness_mm: FloatOrArray,
+    poisson_ratio: FloatOrArray,
+    load_radius_mm: FloatOrArray,
+    depth_mm: FloatOrArray | None,
     quantity: Quantity,
 ) -> FloatArray:
     depth = check_layer(thickness_mm, poisson_ratio, depth_mm)
+    distance = np.asarray(distance_mm, dtype=float)
     half_space = half_space_kernel_1d if dimensions == 1 else half_space_kernel_2d
-    direct = half_space(distance_mm, depth, load_radius_mm, poisson_ratio=poisson_ratio, quantity=quantity)
-    if np.isinf(thickness_mm):
+    z, a, sigma, h = (_over(distance, each) for each in (depth, load_radius_mm, poisson_ratio, thickness_mm))
+    direct = half_space(distance, z, a, poisson_ratio=sigma, quantity=quantity)
+    if np.ndim(h) == 0 and np.isinf(h):
         return direct
-    reflection = _reflection(
-        dimensions, float(poisson_ratio), depth / thickness_mm, load_radius_mm / thickness_mm, quantity
-    )
-    return reflection.added_to(direct, distance_mm, thickness_mm)
+    layers = (poisson_ratio, np.divide(depth, thickness_mm), np.divide(load_radius_mm, thickness_mm))
+    if all(np.ndim(each) == 0 for each in layers):
+        reflection = _reflection(dimensions, *(float(each) for each in layers), quantity)
+    else:
+        reflection = _Reflection.of(dimensions, quantity, *np.broadcast_arrays(*layers))
+    return reflection.added_to(direct, distance, h)
+
+
+def _over(distance: FloatArray, of_layers: FloatOrArray) -> FloatOrArray:
+    """Values of layers (n,) in a shape that broadcasts with distances (n, ...); a number as it is."""
+    if np.ndim(of_layers) == 0:
+        return of_layers
+    return np.reshape(of_layers, (-1,) + (1,) * (distance.ndim - 1))
 
 
 @dataclass(frozen=True)
@@ -140,25 +154,41 @@ class _Reflection:
     ----------
     dimensions : int
         1 for a line load, 2 for a load on a disc.
-    values, slopes : (n,) arrays
-        Contribution on the grid of `_transform`, and its derivative times the spacing of the grid.
+    values, slopes : (n, GRID) arrays
+        Contribution on the grid of `_transform` for each of n layers, and its derivative times the spacing of the grid.
     """
 
     dimensions: int
     values: FloatArray
     slopes: FloatArray
 
-    def added_to(self, direct: FloatArray, distance_mm: ArrayLike, thickness_mm: float) -> FloatArray:
-        distance = np.abs(np.asarray(distance_mm, dtype=float)) / thickness_mm
+    @classmethod
+    def of(
+        cls, dimensions: int, quantity: Quantity, poisson_ratio: FloatArray, depth: FloatArray, load_radius: FloatArray
+    ) -> _Reflection:
+        """Tables of n layers; Poisson's ratio, and depth and load radius divided by the thickness, are (n,)."""
+        xi, transform = _transform(dimensions, NODES if load_radius.max() <= WIDE_LOAD else NODES_OF_WIDE_LOAD)
+        sigma = poisson_ratio[:, None]
+        reflected = combine(*reflected_stress(xi, 1.0, depth[:, None], sigma), sigma, quantity)
+        spectra = reflected * hertz_spectrum(xi * load_radius[:, None], dimensions)
+        return cls(dimensions, spectra @ transform[:GRID].T, spectra @ transform[GRID:].T)
+
+    def added_to(self, direct: FloatArray, distance_mm: FloatArray, thickness_mm: FloatOrArray) -> FloatArray:
+        distance = np.abs(distance_mm) / thickness_mm
         added = self._at(np.minimum(np.arcsinh(distance / 2) / _STEP, GRID - 1.0)) / thickness_mm**self.dimensions
         # The base cancels the power-law tail of the half-space: beyond the table their sum is zero.
         return np.asarray(np.where(distance > EXTENT, 0.0, direct + added))
 
     def _at(self, place: FloatArray) -> FloatArray:
-        """Cubic interpolation at places in steps of the grid, by values and slopes at both ends (Hermite)."""
+        """Cubic interpolation at places in steps of the grid, by values and slopes at both ends (Hermite).
+
+        The places are (n, ...), or of any shape for one layer.
+        """
         left = np.minimum(place.astype(np.intp), GRID - 2)
         t = place - left
         s = 1 - t
+        if len(self.values) > 1:
+            left += np.reshape(GRID * np.arange(len(self.values)), (-1,) + (1,) * (place.ndim - 1))
         by_values = s * s * (1 + 2 * t) * self.values.take(left) + t * t * (1 + 2 * s) * self.values.take(left + 1)
         return np.asarray(by_values + s * t * (s * self.slopes.take(left) - t * self.slopes.take(left + 1)))
 
@@ -167,10 +197,8 @@ class _Reflection:
 def _reflection(
     dimensions: int, poisson_ratio: float, depth: float, load_radius: float, quantity: Quantity
 ) -> _Reflection:
-    xi, transform = _transform(dimensions, NODES if load_radius <= WIDE_LOAD else NODES_OF_WIDE_LOAD)
-    reflected = combine(*reflected_stress(xi, 1.0, depth, poisson_ratio), poisson_ratio, quantity)
-    table = transform @ (reflected * hertz_spectrum(xi * load_radius, dimensions))
-    return _Reflection(dimensions, table[:GRID], table[GRID:])
+    layer = np.array([[poisson_ratio], [depth], [load_radius]])
+    return _Reflection.of(dimensions, quantity, *layer)
 
 
 @lru_cache(maxsize=4)

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import j1
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray, FloatOrArray
 from bayestouch.errors import InputError
 
 Quantity = Literal["normal_stress", "mean_stress", "normal_strain"]
@@ -95,7 +95,7 @@ def layer_surface_compliance(frequency: ArrayLike, *, thickness_mm: float, poiss
     return np.asarray(np.where(tiny, thickness_mm * n / (2 * (1 - poisson_ratio)), wave))
 
 
-def combine(f: FloatArray, curvature: FloatArray, poisson_ratio: float, quantity: Quantity) -> FloatArray:
+def combine(f: FloatArray, curvature: FloatArray, poisson_ratio: FloatOrArray, quantity: Quantity) -> FloatArray:
     """Quantity that an element measures, from the stress function ``f`` and its second derivative ``D²f``."""
     if quantity == "normal_stress":
         return np.asarray(f)
@@ -105,7 +105,7 @@ def combine(f: FloatArray, curvature: FloatArray, poisson_ratio: float, quantity
 
 
 def reflected_stress(
-    frequency: FloatArray, thickness_mm: float, depth_mm: float, poisson_ratio: float
+    frequency: FloatArray, thickness_mm: float, depth_mm: FloatOrArray, poisson_ratio: FloatOrArray
 ) -> tuple[FloatArray, FloatArray]:
     """Contribution of the base to ``f`` and ``D²f``; zero without a base."""
     if np.isinf(thickness_mm):
@@ -148,14 +148,25 @@ def hertz_spectrum(argument: ArrayLike, dimensions: int) -> FloatArray:
     return np.asarray(np.where(small, series, 3 * (np.sin(safe) / safe - np.cos(safe)) / safe**2))
 
 
-def check_layer(thickness_mm: float, poisson_ratio: float, depth_mm: float | None) -> float:
-    """Return the depth (by default that of the base) after a check of all three values; raises `InputError`."""
-    if not thickness_mm > 0:
-        raise InputError(f"layer thickness must be above zero, got {thickness_mm:g} mm")
-    if not -1 < poisson_ratio <= 0.5:
-        raise InputError(f"Poisson's ratio must be above -1 and at most 0.5, got {poisson_ratio:g}")
+def check_layer(thickness_mm: FloatOrArray, poisson_ratio: FloatOrArray, depth_mm: FloatOrArray | None) -> FloatOrArray:
+    """Return the depth (by default that of the base) after a check of all three values; raises `InputError`.
+
+    Each is a number, or an array (n,) with the values of n layers.
+    """
+    refuse_first("layer thickness must be above zero, got {:g} mm", np.greater(thickness_mm, 0), thickness_mm)
+    fine = np.greater(poisson_ratio, -1) & np.less_equal(poisson_ratio, 0.5)
+    refuse_first("Poisson's ratio must be above -1 and at most 0.5, got {:g}", fine, poisson_ratio)
     depth = thickness_mm if depth_mm is None else depth_mm
     # The tolerance of 1e-9 accepts a depth that exceeds the thickness by a rounding error.
-    if not 0 < depth <= thickness_mm * (1 + 1e-9) or np.isinf(depth):
-        raise InputError(f"depth must lie in the layer, above 0 and up to {thickness_mm:g} mm; got {depth:g} mm")
-    return min(depth, thickness_mm)
+    fine = np.greater(depth, 0) & np.less_equal(depth, np.multiply(thickness_mm, 1 + 1e-9)) & np.isfinite(depth)
+    refuse_first("depth must lie in the layer, above 0 and up to {:g} mm; got {:g} mm", fine, thickness_mm, depth)
+    return np.minimum(depth, thickness_mm)
+
+
+def refuse_first(message: str, fine: BoolArray | np.bool_, *values: FloatOrArray) -> None:
+    """Raise `InputError` if not all are fine: the values of the first that is not stand in the message."""
+    if not fine.all():
+        first = np.argmin(np.atleast_1d(fine))
+        raise InputError(
+            message.format(*(np.broadcast_to(value, np.atleast_1d(fine).shape)[first] for value in values))
+        )

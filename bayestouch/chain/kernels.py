@@ -20,12 +20,18 @@ from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior
 # Step of the central difference over distance, mm. Kernels vary over millimetres, so that the error is 1e-8.
 _STEP_MM = 1e-4
 
+# Relative step of the central difference over a kernel's parameters; the error is 1e-6 of the derivative.
+_RELATIVE_STEP = 1e-4
 # Scale of the prior of the contact half-width, mm: a contact is usually smaller than the pitch.
 _CONTACT_MM = 2.0
 
 
 class Kernel(Protocol):
-    """Protocol of the shape of an element's response; ``values`` are in the order of `parameters`."""
+    """Protocol of the shape of an element's response; ``values`` are in the order of `parameters`.
+
+    The values of several kernels may be given at once, as an array (n, k): the distances then have n as their first
+    axis.
+    """
 
     @property
     def name(self) -> str:
@@ -47,10 +53,47 @@ class Kernel(Protocol):
         ...
 
 
-def slope(kernel: Kernel, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
-    """Derivative of a kernel over distance, 1/mm; shape of `distance_mm`."""
-    up, down = (kernel(np.abs(distance_mm + step), values) for step in (_STEP_MM, -_STEP_MM))
-    return np.asarray((up - down) / (2 * _STEP_MM))
+@dataclass(frozen=True)
+class KernelDerivatives:
+    """A kernel at distances of some shape, with its derivatives.
+
+    Attributes
+    ----------
+    value : array
+        The kernel.
+    over_distance : array
+        Its derivative over the distance, 1/mm.
+    over_values : tuple of arrays
+        Its derivative over each of its parameters.
+    """
+
+    value: FloatArray
+    over_distance: FloatArray
+    over_values: tuple[FloatArray, ...]
+
+
+def derivatives(kernel: Kernel, distance_mm: FloatArray, values: FloatArray) -> KernelDerivatives:
+    """A kernel with values (k,) and its derivatives, by central differences: all of them in one call."""
+    up, down = (np.tile(values, (len(values), 1)) for _ in range(2))
+    for i, (parameter, value) in enumerate(zip(kernel.parameters, values, strict=True)):
+        # The minimum step is for parameters at zero (a point contact).
+        step = _RELATIVE_STEP * max(abs(value), 0.1)
+        up[i, i], down[i, i] = np.clip([value + step, value - step], *parameter.prior.support)
+    distances = (distance_mm, np.abs(distance_mm + _STEP_MM), np.abs(distance_mm - _STEP_MM))
+    found = kernel(
+        np.stack([*distances, *[distance_mm] * (2 * len(values))]), np.concatenate([np.tile(values, (3, 1)), up, down])
+    )
+    of_values = zip(found[3 : 3 + len(values)], found[3 + len(values) :], np.diag(up - down), strict=True)
+    return KernelDerivatives(
+        found[0],
+        (found[1] - found[2]) / (2 * _STEP_MM),
+        tuple((above - below) / width for above, below, width in of_values),
+    )
+
+
+def _of_each(values: FloatArray, distance_mm: FloatArray) -> tuple[FloatArray, ...]:
+    """Each of the parameters, from values (k,), or from (n, k) in a shape that broadcasts with distances (n, ...)."""
+    return tuple(np.reshape(each, each.shape + (1,) * (distance_mm.ndim - 1) * each.ndim) for each in values.T)
 
 
 @dataclass(frozen=True)
@@ -75,7 +118,8 @@ class GaussianKernel:
         return tuple((share * self.pitch_mm,) for share in (0.25, 0.5, 1.0))
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
-        return np.asarray(np.exp(-0.5 * (distance_mm / values[0]) ** 2))
+        (width,) = _of_each(values, distance_mm)
+        return np.asarray(np.exp(-0.5 * (distance_mm / width) ** 2))
 
 
 @dataclass(frozen=True)
@@ -113,7 +157,7 @@ class HalfSpaceKernel:
         return tuple((share * self.pitch_mm, 0.2 * share * self.pitch_mm) for share in (0.4, 0.8, 1.6))
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
-        depth, contact = float(values[0]), float(values[1])
+        depth, contact = _of_each(values, distance_mm)
         kernel = half_space_kernel_1d if self.line else half_space_kernel_2d
         return kernel(distance_mm, depth, contact) / kernel(0.0, depth, contact)
 
@@ -165,11 +209,13 @@ class LayerKernel:
         return tuple((share * self.pitch_mm, depth, sigma, 0.2 * share * self.pitch_mm) for share in shares)
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
-        thickness, share, sigma, contact = (float(value) for value in values)
+        thickness, share, sigma, contact = values.T
         kernel = layer_kernel_1d if self.line else layer_kernel_2d
-        # One call for both, so that the table of the layer is computed once.
-        stress = kernel(np.append(distance_mm.ravel(), 0.0), thickness, sigma, contact, share * thickness)
-        return np.asarray(stress[:-1].reshape(distance_mm.shape) / stress[-1])
+        # One call for both, so that the table of a layer is computed once.
+        flat = distance_mm.reshape(*values.shape[:-1], -1)
+        flat = np.concatenate([flat, np.zeros((*values.shape[:-1], 1))], axis=-1)
+        stress = kernel(flat, thickness, sigma, contact, share * thickness)
+        return np.asarray((stress[..., :-1] / stress[..., -1:]).reshape(distance_mm.shape))
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.kernels import Kernel, slope
-
-# Relative step of the central difference over a kernel's parameters; the error is 1e-6 of the derivative.
-_RELATIVE_STEP = 1e-4
+from bayestouch.chain.kernels import Kernel, derivatives
 
 #: Names of the coordinates of a location.
 COORDINATES = ("x", "y")
@@ -84,6 +81,26 @@ class PadChain:
         """
         return np.asarray(self.gain * self.kernel(self._separation(location)[1], self.values))
 
+    def sensitivities(self, flats: FloatArray, location: FloatArray) -> FloatArray:
+        """Return the `sensitivity` of pads with other values, all together.
+
+        Parameters
+        ----------
+        flats : (n, d) array
+            Values of each pad, in the order of `layout`.
+        location : (u, D) array
+            Locations of touches, mm.
+
+        Returns
+        -------
+        (n, u, m) array
+        """
+        m, dimensions = self.position.shape
+        gain, _, position, values = np.split(flats, [m, 2 * m, (2 + dimensions) * m], axis=1)
+        axes = position.reshape(-1, dimensions, 1, m)
+        square = sum((location[:, axis, None] - axes[:, axis]) ** 2 for axis in range(dimensions))
+        return np.asarray(gain[:, None] * self.kernel(np.sqrt(square), values))
+
     def predict(self, location: ArrayLike, load: ArrayLike) -> FloatArray:
         """Return the readings under touches at `location` (..., D) with `load` (...,); shape (..., m)."""
         return np.asarray(self.offset + np.asarray(load)[..., None] * self.sensitivity(location))
@@ -94,31 +111,20 @@ class PadChain:
         m, dimensions = self.position.shape
         out = np.zeros((*distance.shape, len(self.flat)))
         own = np.arange(m)
-        out[..., own, own] = self.kernel(distance, self.values)
-        if len(self.values):
-            fall = self.gain * slope(self.kernel, distance, self.values)
-            direction = difference / np.where(distance == 0, 1.0, distance)[..., None]
-            for axis in range(dimensions):
-                out[..., own, (2 + axis) * m + own] = -fall * direction[..., axis]
-        first = (2 + dimensions) * m
-        for k, value in enumerate(self.values):
-            # The minimum step is for parameters at zero (a point contact).
-            step = _RELATIVE_STEP * max(abs(value), 0.1)
-            up, down = self.values.copy(), self.values.copy()
-            up[k], down[k] = _within(self.kernel, k, value + step), _within(self.kernel, k, value - step)
-            change = self.kernel(distance, up) - self.kernel(distance, down)
-            out[..., first + k] = self.gain * change / (up[k] - down[k])
+        found = derivatives(self.kernel, distance, self.values)
+        out[..., own, own] = found.value
+        fall = self.gain * found.over_distance
+        direction = difference / np.where(distance == 0, 1.0, distance)[..., None]
+        for axis in range(dimensions):
+            out[..., own, (2 + axis) * m + own] = -fall * direction[..., axis]
+        for k, slope in enumerate(found.over_values):
+            out[..., (2 + dimensions) * m + k] = self.gain * slope
         return out
 
     def _separation(self, location: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Vector from element to touch (..., m, D) and its length (..., m), mm."""
         difference = np.asarray(location, dtype=float)[..., None, :] - self.position
         return difference, np.sqrt((difference**2).sum(axis=-1))
-
-
-def _within(kernel: Kernel, k: int, value: float) -> float:
-    low, high = kernel.parameters[k].prior.support
-    return float(np.clip(value, low, high))
 
 
 def element_pitch(position: Sequence[Sequence[float]] | FloatArray, extent_mm: float) -> float:

@@ -39,5 +39,8 @@ class Places:
 
     def values(self, of: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """Values (t, ...) of a function of locations (u, D) that gives (u, ...)."""
-        found = of(self.distinct)
-        return found if self.distinct is self.location else found[self.which]
+        return self.copied(of(self.distinct))
+
+    def copied(self, values: FloatArray) -> FloatArray:
+        """Values (t, ...) at the touches from those at the distinct locations (u, ...)."""
+        return values if self.distinct is self.location else values[self.which]

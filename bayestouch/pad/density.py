@@ -268,8 +268,7 @@ class PadDensity:
         observed, whitening = self.model.known, self.fitted.whitening
         (t, m), n = self._readings.shape, len(vectors)
         left, samples, means = np.empty((t, m, n)), np.zeros((n, t)), np.empty((n, t, m))
-        for i, vector in enumerate(vectors[:, : self.n_model]):
-            predicted = self.model.predict(vector)
+        for i, predicted in enumerate(self.model.predictions(vectors[:, : self.n_model])):
             means[i] = predicted.touches
             left[:, :, i] = self._readings - predicted.touches
             if predicted.samples is not None:

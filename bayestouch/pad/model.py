@@ -8,6 +8,7 @@ the weights of the empirical map, if the pad has one:
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
@@ -89,8 +90,12 @@ class PadModel(SensorModel):
 
     def chain(self, vector: FloatArray) -> PadChain:
         """The chain with these base parameters, without the map."""
-        flat = vector[: self.n_chain]
-        return self.pad.with_flat(np.where(self._logarithmic, np.exp(np.where(self._logarithmic, flat, 0.0)), flat))
+        return self.pad.with_flat(self._flat(vector))
+
+    def _flat(self, vectors: FloatArray) -> FloatArray:
+        """Values of the chain, (..., n_chain), in vectors (..., d)."""
+        flat = vectors[..., : self.n_chain]
+        return np.where(self._logarithmic, np.exp(np.where(self._logarithmic, flat, 0.0)), flat)
 
     def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Prior mean, standard deviation, lower and upper bound of the vector, each (d,)."""
@@ -135,7 +140,14 @@ class PadModel(SensorModel):
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches with the signal before the effects on the signal, for loads as read or `load` (t,)."""
         recording = self.poses(vector, load)
-        return replace(recording, signal=recording.load[:, None] * self._sensitivity(vector, recording))
+        places = self._places(recording)
+        return self._pressed(recording, places, places.values(self.chain(vector).sensitivity), vector)
+
+    def _pressed(self, recording: Recording, places: Places, response: FloatArray, vector: FloatArray) -> Recording:
+        """Touches with the signal, from the response of the chain per unit load, (t, m)."""
+        if self.map is not None:
+            response = response + self.map.sensitivity(places.location, vector[self.n_chain : self.n_base])
+        return replace(recording, signal=recording.load[:, None] * response)
 
     @cached_property
     def _stated_places(self) -> Places:
@@ -153,22 +165,28 @@ class PadModel(SensorModel):
             return self._stated_places
         return Places.of(np.stack(recording.place, axis=1))
 
-    def _sensitivity(self, vector: FloatArray, recording: Recording) -> FloatArray:
-        """Signal per unit load, (t, m)."""
-        places = self._places(recording)
-        out = places.values(self.chain(vector).sensitivity)
-        if self.map is not None:
-            out = out + self.map.sensitivity(places.location, vector[self.n_chain : self.n_base])
-        return out
-
     def predict(self, vector: FloatArray, load: FloatArray | None = None) -> Predicted:
         """Prediction for the touches: effects act on the signal; then the offsets of the elements are added."""
-        from_signal = self.readings(self.signal(vector, load), vector)
+        return self._with_zero(self.signal(vector, load), vector)
+
+    def predictions(self, vectors: FloatArray) -> Iterator[Predicted]:
+        """`predict` at each of vectors (n, d); the response of the chain is computed for all of them together."""
+        places = self._stated_places
+        for vector, response in zip(vectors, self.pad.sensitivities(self._flat(vectors), places.distinct), strict=True):
+            recording = self.poses(vector)
+            if self._places(recording) is places:
+                yield self._with_zero(self._pressed(recording, places, places.copied(response), vector), vector)
+            else:  # an effect moves the touches
+                yield self.predict(vector)
+
+    def _with_zero(self, signal: Recording, vector: FloatArray) -> Predicted:
+        from_signal = self.readings(signal, vector)
         return Predicted(from_signal.touches + self.zero(vector), from_signal.samples)
 
     def zero(self, vector: FloatArray) -> FloatArray:
         """Readings at zero signal, (m,): the offsets of the elements."""
-        return self.chain(vector).offset
+        m = self.n_elements
+        return self._flat(vector)[m : 2 * m]
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""

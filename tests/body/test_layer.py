@@ -202,8 +202,29 @@ def test_distance_scales_with_thickness() -> None:
         {"depth_mm": 2.1},
         {"indenter_radius_mm": -1.0},
         {"thickness_mm": float("inf")},  # a half-space has no base to measure at
+        {"thickness_mm": np.array([2.0, 0.0])},
+        {"poisson_ratio": np.array([0.45, 0.6])},
     ],
 )
 def test_impossible_pads_are_refused(change: dict) -> None:
     with pytest.raises(InputError):
         layer_kernel_2d(**({"rho_mm": [0.0, 1.0], "thickness_mm": 2.0, "poisson_ratio": 0.45} | change))
+
+
+@pytest.mark.parametrize("dimensions", [1, 2])
+def test_many_layers_are_those_of_each(dimensions: int) -> None:
+    """With loads wider than four thicknesses among them, for which all spectra have more nodes."""
+    rng, n = np.random.default_rng(5), 9
+    rho, thickness, sigma = rng.uniform(0, 30, (n, 4, 3)), rng.uniform(1, 9, n), rng.uniform(0.3, 0.5, n)
+    radius, depth = thickness * np.linspace(0, 5, n), thickness * rng.uniform(0.5, 1.0, n)
+    of = KERNELS[dimensions]
+    for quantity in ("normal_stress", "mean_stress", "normal_strain"):
+        each = [of(rho[i], thickness[i], sigma[i], radius[i], depth[i], quantity) for i in range(n)]
+        # 1e-11 of the peak is what the smaller number of nodes costs
+        together = of(rho, thickness, sigma, radius, depth, quantity)
+        np.testing.assert_allclose(together, each, rtol=0, atol=2e-11 * np.abs(each).max())
+
+
+def test_the_first_wrong_layer_is_named() -> None:
+    with pytest.raises(InputError, match="layer thickness must be above zero, got -3 mm"):
+        layer_kernel_2d(np.zeros((3, 1)), np.array([2.0, -3.0, -4.0]), 0.45)

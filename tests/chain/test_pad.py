@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.kernel_choice import kernel_for, kernel_names
-from bayestouch.chain.kernels import slope
+from bayestouch.chain.kernels import derivatives
 from bayestouch.chain.pad import PadChain, element_pitch
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.sensor import Pad, Rubber, Sensor
@@ -114,12 +114,21 @@ def test_predict_is_linear_in_the_load() -> None:
     np.testing.assert_allclose(three - pad.offset, 3 * (one - pad.offset), rtol=1e-12, atol=1e-15)
 
 
+def test_kernels_of_many_pads_are_those_of_each() -> None:
+    rng = np.random.default_rng(3)
+    for name in kernel_names(1):
+        pad = chain(name, 2)
+        flats = pad.flat * rng.uniform(0.9, 1.0, (7, len(pad.flat)))
+        location = rng.uniform(0, 12, (20, 2))
+        each = [pad.with_flat(flat).sensitivity(location) for flat in flats]
+        np.testing.assert_allclose(pad.sensitivities(flats, location), each, rtol=1e-12, atol=1e-14)
+
+
 def test_slope_at_the_element_is_zero() -> None:
     for name in kernel_names(1):
         # By symmetry; the difference itself is exact there but for rounding, 1e-16 over 2e-4.
-        assert slope(kernel_for(name, SENSOR, 6.0), np.zeros(1), np.array(VALUES[name]))[0] == pytest.approx(
-            0, abs=1e-8
-        )
+        found = derivatives(kernel_for(name, SENSOR, 6.0), np.zeros(1), np.array(VALUES[name]))
+        assert found.over_distance[0] == pytest.approx(0, abs=1e-8)
 
 
 def test_priors_centre_on_what_is_stated() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from scipy.stats import lognorm, multivariate_normal, norm
 
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.chain.pad import PadChain
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.readout import GainNonlinearity
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.pad import residual_map
@@ -238,3 +239,25 @@ def test_draws_of_one_element_against_quadrature() -> None:
         sd = np.sqrt(own @ (grid - mean) ** 2)
         assert values.std() == pytest.approx(sd, rel=0.05)
         assert values.mean() == pytest.approx(mean, abs=4 * sd / np.sqrt(1500))
+
+
+@dataclass(frozen=True)
+class Shifted(GainNonlinearity):
+    """An effect whose first value is added to the place of every touch."""
+
+    def pose(self, recording: Recording, values: np.ndarray) -> Recording:
+        return replace(recording, place=(recording.place[0] + values[0], *recording.place[1:]))
+
+    def signal(self, recording: Recording, values: np.ndarray) -> np.ndarray:
+        return recording.signal
+
+
+def test_predictions_at_many_vectors_have_the_places_of_each() -> None:
+    pad, problem, model = small(with_map=False)
+    plain = pad_model(problem, model, problem.observed, pad.sensor.body, None)
+    moved = replace(plain, effects=(Shifted(),))
+    vectors = np.stack([np.concatenate([plain.start(pad.chain), [shift, 0.0]]) for shift in (0.0, 0.7, -2.0)])
+    for vector, found in zip(vectors, moved.predictions(vectors), strict=True):
+        chain, location = moved.chain(vector), problem.known.location + vector[-2]
+        expected = chain.offset + problem.known.load[:, None] * chain.sensitivity(location)
+        np.testing.assert_allclose(found.touches, expected, rtol=1e-12)
