@@ -53,7 +53,7 @@ def begin(
     InputError
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
-    start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
+    start = finger_start(data.observations(data.searched), data.dataset.sensor, contact, priors)
     if functions is not None:
         start = replace(start, calibrated=fit_with_places(start.calibrated, functions)[0])
     setting = data.setting(contact, start.fitted.model.reference_load)

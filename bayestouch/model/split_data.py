@@ -47,9 +47,11 @@ class SplitData:
     session : (n,) int array
         Table of each row, 0 or 1; drifts are independent between tables.
     training, held_out : (n,) bool arrays
-        Rows of the touches used in fits and choices of effects, and of the touches used in neither.
+        Rows of the touches used in fits, calibrations and choices of effects, and of the touches used in none of them.
     notes : tuple of str
         Notes on how the data set was split, and on assumptions.
+    chosen : (n,) bool array or None
+        The training rows that the search for effects uses; None for all.
     """
 
     dataset: DataSet
@@ -62,6 +64,12 @@ class SplitData:
     training: BoolArray
     held_out: BoolArray
     notes: tuple[str, ...]
+    chosen: BoolArray | None = None
+
+    @property
+    def searched(self) -> BoolArray:
+        """Rows (n,) of the touches that the search for effects uses."""
+        return self.training if self.chosen is None else self.chosen
 
     @classmethod
     def of(cls, dataset: DataSet, fold: int = 2) -> SplitData:
@@ -201,13 +209,16 @@ class SplitData:
         return tuple((float(time.min()), float(time.max())) for time in times)
 
     def thinned(self, most: int | None, seed: int) -> SplitData:
-        """The split with at most `most` training touches, chosen at random; None for no limit."""
+        """The split with at most `most` touches in the search, chosen at random; None for no limit."""
         ids = np.unique(self.table.touch[self.training])
         if most is None or len(ids) <= most:
             return self
         chosen = np.random.default_rng(seed).choice(ids, most, replace=False)
-        note = f"{most:,} of {len(ids):,} touches that are not held out are used, chosen at random"
-        return replace(self, training=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
+        note = (
+            f"the search uses {most:,} of {len(ids):,} touches that are not held out, chosen at random; "
+            "calibrations use all"
+        )
+        return replace(self, chosen=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
 
     def setting(self, contact: str, reference_load: float) -> Setting:
         """Setting from which effects choose their priors and probes."""

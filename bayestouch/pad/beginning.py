@@ -59,7 +59,7 @@ def begin(
     """
     if PREDICTED & set(groups):
         raise InputError("groups: a calibration of a pad with effects has corrected readings, and none are simulated")
-    training, table = data.observations(data.training), data.table.select(data.training)
+    training, table = data.observations(data.searched), data.table.select(data.searched)
     empirical = EMPIRICAL[e_map]
     with_map = empirical is not False
     fitted = pad_fit(

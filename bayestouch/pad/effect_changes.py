@@ -109,9 +109,9 @@ def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: 
     moved = readings - load[:, :, None] * signal / fit.known.load[:, None]
     moved = np.where(fit.misfit.present, moved, 0.0)
     pull = np.zeros((len(chain.flat), len(readings)))
-    precision = [fit.misfit.precision(e) for e in range(m)]
+    covariances = fit.misfit.covariances
     for e, (columns, jacobian) in enumerate(fit.jacobian):
-        pull[columns] += _times(precision[e], jacobian).T @ moved[:, :, e].T
+        pull[columns] += covariances[e].solve(jacobian).T @ moved[:, :, e].T
     flat = fit.laplace.covariance @ pull
     grid = np.stack(
         np.meshgrid(
@@ -122,7 +122,7 @@ def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: 
     )
     points = grid.reshape(-1, grid.shape[-1])
     weights = [
-        _times(precision[e], moved[:, :, e].T - jacobian @ flat[columns])
+        covariances[e].weights(moved[:, :, e].T - jacobian @ flat[columns])
         for e, (columns, jacobian) in enumerate(fit.jacobian)
     ]
     parts = [_followed(model, points[i : i + CHUNK], flat, weights) for i in range(0, len(points), CHUNK)]
@@ -133,7 +133,7 @@ def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: 
 def _followed(model: PadCandidate, points: FloatArray, flat: FloatArray, weights: list[FloatArray]) -> FloatArray:
     """Change of the sensitivity at points (k, D), (k, q m), from the changes of the chain (d, q) and of the map.
 
-    The change of the map is given by m arrays (n, q): inverse covariance times the change of the residuals.
+    The change of the map is given by m arrays (k, q): the change of the weights of its functions.
     """
     fit = model.fit
     derivative, shape = fit.chain.sensitivity_derivatives(points), kernel_shape(model.shape, points)
@@ -141,10 +141,5 @@ def _followed(model: PadCandidate, points: FloatArray, flat: FloatArray, weights
     for e, (columns, _) in enumerate(fit.jacobian):
         out[:, :, e] = derivative[:, e, columns] @ flat[columns]
         if model.has_map:
-            out[:, :, e] += fit.misfit.cross(e, points, shape[:, e]) @ weights[e]
+            out[:, :, e] += fit.misfit.functions_at(e, points, shape[:, e]) @ weights[e]
     return out.reshape(len(points), -1)
-
-
-def _times(precision: FloatArray, rows: FloatArray) -> FloatArray:
-    """Precision (n, n), or its diagonal, times rows (n, ...)."""
-    return np.asarray(precision[:, None] * rows if precision.ndim == 1 else precision @ rows)

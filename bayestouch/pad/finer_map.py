@@ -19,12 +19,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_factor, cho_solve
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
+from bayestouch.pad.inducing import InducedCovariance
 from bayestouch.pad.known_touches import loads_vary, location_spacing
 from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
@@ -76,17 +77,14 @@ class FinerMap:
         Sizes and lengths.
     loads : (L,) array
         Loads at which the map is tabulated; empty if loads do not vary.
-    factors : tuple of (n, n) arrays
-        Lower Cholesky factor of the covariance of the readings, for each element.
-    weights : (n, m) array
-        Inverse covariance times residuals about the kernel.
+    covariances : tuple of InducedCovariance
+        Covariance of the readings of each element.
     """
 
     model: PadCandidate
     sizes: Sizes
     loads: FloatArray
-    factors: tuple[FloatArray, ...]
-    weights: FloatArray
+    covariances: tuple[InducedCovariance, ...]
 
     @classmethod
     def of(cls, problem: PadProblem, model: PadCandidate) -> FinerMap:
@@ -109,25 +107,24 @@ class FinerMap:
         here = problem.present
         variance = noise.mean_variance(np.maximum(known.counts, 1), signal)
         residual, open_ = np.full(here.shape, np.nan), np.full(here.shape, np.nan)
-        weights, factors, predicted = np.zeros(here.shape), [], fit.chain.predict(known.location, known.load)
+        covariances, predicted = [], fit.chain.predict(known.location, known.load)
         shape = kernel_shape(model.shape, known.location)
         location = _Rows(known.location, known.load, shape)
         blocks = np.array_split(np.arange(known.n_touches), min(BLOCKS, known.n_touches))
         for e in range(here.shape[1]):
             # The noise of a missing reading is so large that its weight is negligible.
             blank = np.where(here[:, e], variance[:, e], 1e9 * (variance[:, e] + signal[:, e] ** 2))
-            covariance = _covariance(sizes, fit.misfit.amplitude[e], e, location, location)
-            factor = np.asarray(np.linalg.cholesky(covariance + np.diag(blank)))
-            precision = cho_solve((factor, True), np.eye(len(factor)))
-            weights[:, e] = precision @ np.where(here[:, e], fit.residual[:, e], 0.0)
+            between = _covariance(sizes, fit.misfit.amplitude[e], e, location, location)
+            covariance = InducedCovariance.of(between, blank)
+            pulled = covariance.solve(fit.residual[:, e])
             for block in blocks:
                 # Given all other readings, those of a block are normal; the covariance is the inverse of the block's
                 # part of the precision.
-                left = np.linalg.inv(precision[np.ix_(block, block)])
-                residual[block, e] = left @ weights[block, e]
+                left = np.linalg.inv(covariance.precision(block))
+                residual[block, e] = left @ pulled[block]
                 open_[block, e] = np.maximum(np.diag(left) - blank[block], 0.0)
-            predicted[:, e] += covariance @ weights[:, e]
-            factors.append(factor)
+            predicted[:, e] += covariance.columns @ covariance.weights(fit.residual[:, e])
+            covariances.append(covariance)
         residual, open_ = (np.where(here, each, np.nan) for each in (residual, open_))
         left_out = LeftOut(residual, open_, predicted - fit.chain.offset, known.counts, problem.load_share)
         found, spread = fit_noise(left_out, known.pure_error_variance, problem.force_sd)
@@ -138,7 +135,7 @@ class FinerMap:
             low, high = known.load.min() / BEYOND, known.load.max() * BEYOND
             steps = np.log(high / low) / (LOAD_STEP * sizes.load_length)
             loads = np.geomspace(low, high, int(np.clip(np.ceil(steps), *LOADS)) + 1)
-        return cls(made, sizes, loads, tuple(factors), weights)
+        return cls(made, sizes, loads, tuple(covariances))
 
     def tabulated(self) -> PadMap:
         """Tables over the calibrated region, and over the loads if these vary."""
@@ -167,11 +164,12 @@ class FinerMap:
         mean = fit.chain.sensitivity(location)
         variance = np.empty_like(mean)
         for e in range(mean.shape[1]):
-            cross = _covariance(self.sizes, amplitude[e], e, there, rows) / load
-            mean[:, e] += cross @ self.weights[:, e]
-            explained = solve_triangular(self.factors[e], cross.T, lower=True)
+            covariance = self.covariances[e]
+            cross = _covariance(self.sizes, amplitude[e], e, there, rows.select(covariance.inducing)) / load
+            functions = covariance.functions_at(cross)
+            mean[:, e] += functions @ covariance.weights(fit.residual[:, e])
             own = self.sizes.even**2 + (self.sizes.relative * there.shape[:, e]) ** 2 + self.sizes.finer**2
-            variance[:, e] = np.maximum(amplitude[e] ** 2 * own - (explained**2).sum(axis=0), 0.0)
+            variance[:, e] = covariance.variance_at(amplitude[e] ** 2 * own, functions)
         return mean, variance
 
 

@@ -53,13 +53,8 @@ class PadFit:
 
     @cached_property
     def weights(self) -> FloatArray:
-        """Precision times residual, (n, m); the correction is `MapDiscrepancy.cross` times these."""
-        columns = [
-            np.linalg.solve(factor.T, self.misfit.whiten(e, self.residual[:, e]))
-            if factor.ndim == 2
-            else self.residual[:, e] / factor**2
-            for e, factor in enumerate(self.misfit.factors)
-        ]
+        """Precision times residual, (n, m)."""
+        columns = [each.solve(self.residual[:, e]) for e, each in enumerate(self.misfit.covariances)]
         return np.stack(columns, axis=1)
 
     @cached_property
@@ -72,9 +67,8 @@ class PadFit:
         """
         residual, variance = np.full(self.residual.shape, np.nan), np.full(self.residual.shape, np.nan)
         for e, (columns, derivative) in enumerate(self.jacobian):
-            precision = self.misfit.precision(e)
-            diagonal = precision if precision.ndim == 1 else np.diag(precision)
-            pull = precision[:, None] * derivative if precision.ndim == 1 else precision @ derivative
+            covariance = self.misfit.covariances[e]
+            diagonal, pull = covariance.precision_diagonal, covariance.solve(derivative)
             learned = self.laplace.covariance[np.ix_(columns, columns)]
             q = diagonal - np.einsum("np,pq,nq->n", pull, learned, pull)
             q = np.maximum(q, 1e-9 * diagonal)
@@ -86,10 +80,8 @@ class PadFit:
     def predicted(self) -> FloatArray:
         """Predicted readings of the touches by kernel and correction, (n, m)."""
         out = _predicted(self.chain, self.known, self.places)
-        if self.misfit.misfit:
-            for e in range(self.chain.n_elements):
-                correction = self.misfit.cross(e, self.known.location, self.misfit.shape[:, e]) @ self.weights[:, e]
-                out[:, e] += self.known.load * correction
+        for e, covariance in enumerate(self.misfit.covariances):
+            out[:, e] += covariance.columns @ covariance.weights(self.residual[:, e])
         return out
 
 
@@ -117,15 +109,16 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
         chain = start.with_flat(vector)
         difference = known.readings - _predicted(chain, known, places)
         difference = np.where(misfit.present, difference, 0.0)
-        data = [misfit.whiten(e, difference[:, e]) for e in range(chain.n_elements)]
+        data = [covariance.whiten(difference[:, e]) for e, covariance in enumerate(misfit.covariances)]
         return np.concatenate([*data, _prior_rows(vector, priors)[0]])
 
     def jacobian(vector: FloatArray) -> FloatArray:
         chain = start.with_flat(vector)
         blocks = []
         for e, (columns, derivative) in enumerate(_jacobian(chain, known, places)):
-            block = np.zeros((known.n_touches, len(vector)))
-            block[:, columns] = -misfit.whiten(e, np.where(misfit.present[:, e, None], derivative, 0.0))
+            white = misfit.covariances[e].whiten(np.where(misfit.present[:, e, None], derivative, 0.0))
+            block = np.zeros((len(white), len(vector)))
+            block[:, columns] = -white
             blocks.append(block)
         return np.concatenate([*blocks, np.diag(_prior_rows(vector, priors)[1])])
 

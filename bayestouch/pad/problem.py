@@ -23,8 +23,8 @@ from bayestouch.priors.parameters import Prior
 # Assumed noise of a force sensor whose noise is not stated, over the mean load.
 UNSTATED_FORCE_NOISE = 0.005
 
-# Largest number of touches: the time of the empirical map increases with its cube, to a few seconds here.
-_MOST_TOUCHES = 2000
+# Largest number of touches: the covariance between so many takes 128 MB while the map of an element is built.
+_MOST_TOUCHES = 4000
 
 
 @dataclass(frozen=True, eq=False)

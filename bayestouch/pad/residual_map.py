@@ -18,12 +18,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve, solve_triangular
 
 from bayestouch.array_types import FloatArray
+from bayestouch.pad.inducing import REST, InducedCovariance
 
-# Largest variance of the correction that `functions` leaves out, over the noise variance of the same reading.
-_LEFT_OUT = 0.03
+# As `REST`, for the functions that a sampler integrates out beside other unknowns: a third of their number, and the
+# standard deviation of a reading changes by 1.5 % at most.
+REST_OF_FEW = 0.03
 
 
 def matern_5_2(r: FloatArray) -> FloatArray:
@@ -105,45 +106,34 @@ class MapDiscrepancy:
         return np.where(self.present, self.variance, 1e9 * np.maximum(largest + signal, 1e-300))
 
     @cached_property
-    def factors(self) -> tuple[FloatArray, ...]:
-        """Lower Cholesky factors of the covariance of each element: (n, n), or the diagonal (n,) without correction."""
+    def covariances(self) -> tuple[InducedCovariance, ...]:
+        """Covariance of the readings of each element."""
         if self.misfit == 0:
-            return tuple(np.asarray(np.sqrt(column)) for column in self._filled.T)
-        out = []
-        for element in range(len(self.amplitude)):
-            covariance = self._modulated(element, self._correlations, self.shape[:, element])
-            covariance[np.diag_indices_from(covariance)] += self._filled[:, element]
-            out.append(np.asarray(np.linalg.cholesky(covariance)))
-        return tuple(out)
+            return tuple(InducedCovariance.independent(noise) for noise in self._filled.T)
+        return tuple(self._induced(e, noise) for e, noise in enumerate(self._filled.T))
 
-    def whiten(self, element: int, rows: FloatArray) -> FloatArray:
-        """``L^-1 rows`` for rows (n, ...) of an element, with L its factor."""
-        factor = self.factors[element]
-        if factor.ndim == 1:
-            return np.asarray((rows.T / factor).T)
-        return np.asarray(solve_triangular(factor, rows, lower=True, check_finite=False))
+    def _induced(
+        self, element: int, noise: FloatArray, rest: float = REST, most: int | None = None
+    ) -> InducedCovariance:
+        covariance = self._modulated(element, self._correlations, self.shape[:, element], self.shape[:, element])
+        return InducedCovariance.of(covariance, noise, rest, most)
 
-    def precision(self, element: int) -> FloatArray:
-        """Inverse covariance of an element: (n, n), or its diagonal (n,) without correction."""
-        factor = self.factors[element]
-        if factor.ndim == 1:
-            return np.asarray(1 / factor**2)
-        return np.asarray(cho_solve((factor, True), np.eye(len(factor)), check_finite=False))
-
-    def cross(self, element: int, location: FloatArray, shape: FloatArray) -> FloatArray:
-        """Covariance of the correction at k locations with the readings of an element, (k, n).
+    def functions_at(self, element: int, location: FloatArray, shape: FloatArray) -> FloatArray:
+        """Correction of the sensitivity of an element per unit of each of its weights, at q locations, (q, k).
 
         Parameters
         ----------
         element : int
             Index of the element.
-        location : (k, D) array
+        location : (q, D) array
             Locations, mm.
-        shape : (k,) array
+        shape : (q,) array
             Kernel of the element there.
         """
-        rho = matern_5_2(distances(location, self.location) / self.length_mm)
-        return self._modulated(element, rho * self.load, shape)
+        covariance = self.covariances[element]
+        at = covariance.inducing
+        rho = matern_5_2(distances(location, self.location[at]) / self.length_mm) * self.load[at]
+        return covariance.functions_at(self._modulated(element, rho, shape, self.shape[at, element]))
 
     def prior_variance(self, element: int, shape: FloatArray) -> FloatArray:
         """Prior variance of the correction of an element where its kernel is `shape`."""
@@ -152,8 +142,7 @@ class MapDiscrepancy:
     def functions(self, variance: FloatArray, most: int) -> tuple[tuple[FloatArray, ...], FloatArray]:
         """The correction of each element as a sum of functions with standard normal weights, and the variance left out.
 
-        The functions are the columns of a pivoted Cholesky factor. It ends when the variance of the rest of the
-        correction is far below the noise of every reading, or at `most` functions.
+        There are at most `most` functions of one element; `bayestouch.pad.inducing` has how they are chosen.
 
         Parameters
         ----------
@@ -167,20 +156,10 @@ class MapDiscrepancy:
         tuple of (k_e, n) arrays, (n, m) array
             Change of the readings per unit of each weight, and the variance of the rest of the correction.
         """
-        from scipy.linalg.lapack import dpstrf
+        found = [self._induced(e, noise, REST_OF_FEW, most) for e, noise in enumerate(variance.T)]
+        return tuple(each.columns.T.copy() for each in found), np.column_stack([each.left for each in found])
 
-        functions, left = [], np.empty(self.shape.shape)
-        for e in range(len(self.amplitude)):
-            sd = np.sqrt(variance[:, e])
-            covariance = self._modulated(e, self._correlations, self.shape[:, e]) / np.outer(sd, sd)
-            total = np.diag(covariance).copy()
-            factor, pivot, rank, _ = dpstrf(covariance, tol=_LEFT_OUT, lower=1)
-            rows = np.zeros((len(sd), min(rank, most)))
-            rows[pivot - 1] = np.tril(factor)[:, : rows.shape[1]]
-            functions.append(np.ascontiguousarray((sd[:, None] * rows).T))
-            left[:, e] = sd**2 * np.maximum(total - (rows**2).sum(axis=1), 0.0)
-        return tuple(functions), left
-
-    def _modulated(self, element: int, correlation: FloatArray, shape: FloatArray) -> FloatArray:
-        own = (self.relative * self.amplitude[element]) ** 2 * np.outer(shape, self.shape[:, element])
+    def _modulated(self, element: int, correlation: FloatArray, one: FloatArray, two: FloatArray) -> FloatArray:
+        """Covariance (q, n) of an element from correlations (q, n), where its kernel is `one` (q,) and `two` (n,)."""
+        own = (self.relative * self.amplitude[element]) ** 2 * np.outer(one, two)
         return np.asarray(((self.misfit * self.amplitude[element]) ** 2 + own) * correlation)

@@ -114,12 +114,10 @@ def _sensitivity(model: PadCandidate, points: FloatArray) -> tuple[FloatArray, F
     for e, (columns, jacobian) in enumerate(fit.jacobian):
         h = derivative[:, e, columns]
         if model.has_map:
-            cross = misfit.cross(e, points, shape[:, e])
-            explained = misfit.whiten(e, cross.T)
-            sensitivity[:, e] += cross @ fit.weights[:, e]
-            h = h - explained.T @ misfit.whiten(e, jacobian)
-            own = misfit.prior_variance(e, shape[:, e]) - np.einsum("nk,nk->k", explained, explained)
-            variance[:, e] = np.maximum(own, 0.0)
+            covariance_of_map, functions = misfit.covariances[e], misfit.functions_at(e, points, shape[:, e])
+            sensitivity[:, e] += functions @ covariance_of_map.weights(fit.residual[:, e])
+            h = h - functions @ covariance_of_map.weights(jacobian)
+            variance[:, e] = covariance_of_map.variance_at(misfit.prior_variance(e, shape[:, e]), functions)
         variance[:, e] += np.einsum("kp,pq,kq->k", h, covariance[np.ix_(columns, columns)], h)
         with_offset[:, e] = h @ covariance[columns, m + e]
     return sensitivity, variance, with_offset

@@ -1,9 +1,10 @@
-"""Peers on the same posteriors, side by side: NumPyro's NUTS (vmapped), whitened HMC in JAX, and what bayestouch does.
+"""Peers on the same posteriors, side by side: NumPyro's NUTS (vmapped), whitened HMC in JAX, nested sampling, and ours.
 
 Posteriors are those of `many_touches.py` with the calibration plugged in, the likelihood in all of them the same table.
-The peers start from the same Laplace fits and draw in coordinates whitened by them. They live in an environment of
-their own, which the first run makes (`peers-requirements.txt`); compiling is not counted. What is compared is the time
-for an effective sample size of 400 of each parameter: that of the median touch, and of the worst in a hundred.
+The two in JAX start from the same Laplace fits and draw in coordinates whitened by them; dynesty starts from the prior,
+as nested sampling does, and draws the first touches only. The peers live in an environment of their own, which the
+first run makes (`peers-requirements.txt`); compiling is not counted. What is compared is the time for an effective
+sample size of 400 of each parameter: that of the median touch, and of the worst in a hundred.
 
     python studies/benchmarks/peers.py [touches] [--environment DIR]
 """
@@ -19,6 +20,7 @@ import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -69,6 +71,16 @@ def written(sampler: FingerSampler, touches: TouchReadings, path: Path) -> None:
     )
 
 
+def told_by(python: Path, script: str, given: Path, drawn: Path) -> dict[str, Any]:
+    """What a script of the peers prints, after it has read `given` and written `drawn`."""
+    clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    command = [str(python), str(HERE / script), str(given), str(drawn)]
+    told: dict[str, Any] = json.loads(
+        subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=clean).stdout
+    )
+    return told
+
+
 def main(n: int = 480, folder: Path | None = None, whole: int = 4800) -> dict[str, float]:
     """Print the table; returns processor seconds for 4,800 touches by method. The peers draw the first n."""
     sampler, every = many_touches.design(whole)
@@ -79,14 +91,16 @@ def main(n: int = 480, folder: Path | None = None, whole: int = 4800) -> dict[st
         given, drawn = Path(temporary) / "posteriors.npz", Path(temporary) / "draws.npz"
         written(sampler, touches, given)
         python = environment(folder or Path(tempfile.gettempdir()) / "bayestouch-peers")
-        command = [str(python), str(HERE / "peers_jax.py"), str(given), str(drawn)]
-        clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-        told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=clean).stdout
+        told = told_by(python, "peers_jax.py", given, drawn)
         for name, title in (("nuts", "NumPyro NUTS, vmapped"), ("hmc", "whitened HMC in JAX")):
-            spent = json.loads(told)[name]
+            spent = told[name]
             with np.load(drawn) as draws:
                 z = draws[name]
             rows.append((title, spent["seconds"], spent["processor"], worst(z), z.shape[0] * z.shape[1], n))
+        told = told_by(python, "peers_nested.py", given, drawn)
+        with np.load(drawn) as draws:
+            spent = told["seconds"], told["processor"]
+            rows.append(("dynesty, from the prior", *spent, draws["ess"], int(draws["draws"]), told["touches"]))
     runs = {"emcee in lockstep": many_touches.BY_CHAINS, "importance": many_touches.BY_WEIGHTS}
     for title, plan in runs.items():
         begun, used = time.perf_counter(), sum(os.times()[:4])

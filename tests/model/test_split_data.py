@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.touches import touches_from
 from bayestouch.finger import body as finger
 from bayestouch.model import split_data as data
 from bayestouch.model.split_data import _known, remarks_on
 from bayestouch.pad import body as pad
+from bayestouch.simulation import PadDesign, simulate
 
 NAN = np.nan
 FINGER, PAD = finger.BODY.references, pad.BODY.references
@@ -58,3 +61,23 @@ def test_remarks() -> None:
     assert len(remarks_on(table(reads=np.array([1.0, NAN, 1.0, 1.0])), rows)) == 2
     assert remarks_on(table(in_contact=np.ones(4, dtype=bool)), rows) == (dead,)
     assert len(remarks_on(table(in_contact=np.ones(4, dtype=bool)), np.array([False, True, True, True]))) == 2
+
+
+def test_a_search_may_use_a_part_of_the_touches_that_calibrations_use() -> None:
+    """Two rows a touch; none of them is held out, and the same seed chooses the same touches."""
+    rng = np.random.default_rng(0)
+    x, sensor = rng.uniform(0, 30, 100), simulate(PadDesign(), seed=0).dataset.sensor
+    n = sensor.n_elements
+    touches = touches_from(
+        np.repeat(np.arange(100), 2), rng.normal(size=(200, n)), x_mm=np.repeat(x, 2), y_mm=np.repeat(x, 2)
+    )
+    split = data.SplitData.of(DataSet(sensor, None, touches))
+    part = split.thinned(30, seed=4)
+    assert len(np.unique(part.table.touch[part.searched])) == 30 and part.searched.sum() == 60
+    np.testing.assert_array_equal(part.training, split.training)
+    assert not (part.searched & ~part.training).any() and not (part.searched & part.held_out).any()
+    np.testing.assert_array_equal(part.searched, split.thinned(30, seed=4).searched)
+    # 12 blocks of two are held out
+    assert "the search uses 30 of 76 touches" in part.notes[-1]
+    assert split.thinned(76, seed=4) is split.thinned(None, seed=4) is split
+    np.testing.assert_array_equal(split.searched, split.training)

@@ -172,7 +172,10 @@ def test_log_evidence_and_its_gradient() -> None:
     for e in range(m):
         here = counts[:, e] > 0
         now = at(vector)
-        covariance = now.factors[e] @ now.factors[e].T
+        r = np.sqrt(5) * np.linalg.norm(now.location[:, None] - now.location, axis=-1) / now.length_mm
+        smooth = (1 + r + r**2 / 3) * np.exp(-r) * np.outer(now.load, now.load) * now.amplitude[e] ** 2
+        covariance = (now.misfit**2 + now.relative**2 * np.outer(now.shape[:, e], now.shape[:, e])) * smooth
+        covariance += np.diag(now.variance[:, e])
         normal = multivariate_normal(np.zeros(here.sum()), covariance[np.ix_(here, here)])
         whole += normal.logpdf(residual[here, e]) + 0.5 * here.sum() * np.log(2 * np.pi)
     assert value == pytest.approx(whole, rel=1e-9)
@@ -194,8 +197,9 @@ def test_missing_reading_tells_nothing() -> None:
     misfit = replace(model.fit.misfit, variance=np.where(problem.present, model.fit.misfit.variance, np.inf))
     here = problem.present[:, 1]
     rows = np.random.default_rng(0).normal(size=27)
-    whole = misfit.whiten(1, np.where(here, rows, 0.0))
-    covariance = misfit.factors[1] @ misfit.factors[1].T
+    own = misfit.covariances[1]
+    whole = own.whiten(np.where(here, rows, 0.0))
+    covariance = own.columns @ own.columns.T + np.diag(own.variance)
     part = np.linalg.cholesky(covariance[np.ix_(here, here)])
     # A missing reading has 1e9 times the variance of the others instead of none at all.
     assert whole @ whole == pytest.approx(np.sum(np.linalg.solve(part, rows[here]) ** 2), rel=1e-6)

@@ -74,7 +74,7 @@ def readings_of(density: PadDensity, vector: np.ndarray, problem: PadProblem) ->
 @pytest.mark.parametrize("measured", [False, True])
 def test_likelihood_is_the_one_written_out(with_map: bool, measured: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     # With all functions of the map; what is left out of it counts as noise, which the next test looks at.
-    monkeypatch.setattr(residual_map, "_LEFT_OUT", 1e-10)
+    monkeypatch.setattr(residual_map, "REST_OF_FEW", 1e-10)
     pad, problem, model = small(with_map=with_map, measured=measured)
     density = PadDensity.of(fit_without_effects(problem, model, pad.sensor.body))
     vectors = vectors_near(density)
