@@ -164,7 +164,7 @@ def check_layer(thickness_mm: FloatOrArray, poisson_ratio: FloatOrArray, depth_m
 
 
 def refuse_first(message: str, fine: BoolArray | np.bool_, *values: FloatOrArray) -> None:
-    """Raise `InputError` if not all are fine: the values of the first that is not stand in the message."""
+    """Raise `InputError` if not all are fine, with the values of the first that is not in the message."""
     if not fine.all():
         first = np.argmin(np.atleast_1d(fine))
         raise InputError(
