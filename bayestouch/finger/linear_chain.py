@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.density_with_effects import EffectPosterior
@@ -61,12 +62,12 @@ class LinearChain:
             prior_pull=self.prior_pull @ tangent,
         )
 
-    def without_coupling(self, entries: Sequence[int]) -> LinearChain:
-        """The same with some coordinates of the chain independent of all others."""
-        kept = np.ones(self.precision.shape[1:], dtype=bool)
-        kept[entries], kept[:, entries], kept[entries, entries] = False, False, True
-        constant = None if self.constant is None else np.where(kept, self.constant, 0.0)
-        return replace(self, precision=np.where(kept, self.precision, 0.0), constant=constant)
+    def without_coupling(self, entries: Sequence[int], own: FloatArray | float = 1.0) -> LinearChain:
+        """The same with some coordinates independent of all others, and their own precision times `own`."""
+        kept = np.ones(self.precision.shape[1:])
+        kept[entries], kept[:, entries], kept[entries, entries] = 0.0, 0.0, own
+        constant = None if self.constant is None else kept * self.constant
+        return replace(self, precision=kept * self.precision, constant=constant)
 
 
 def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> LinearChain:
@@ -115,8 +116,9 @@ def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatAr
         precision = precision + np.einsum("inm,jnm->mij", within, within, optimize=True)
         gradient = gradient + np.einsum("inm,nm->mi", within, off)
     hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
-    covariance = np.linalg.inv(hessian if constant is None else hessian + constant)
-    half = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64).T @ white.reshape(n, -1)
+    # Not by the inverse: its rounding can exceed its least eigenvalue where scales of coordinates differ much.
+    whole = np.linalg.cholesky(hessian if constant is None else hessian + constant)
+    half = np.asarray(solve_triangular(whole, white.reshape(n, -1), lower=True, check_finite=False))
     spent = spent + degrees_spent(half.reshape(white.shape), root, own)
     share = np.sqrt(own / (own + more + shared**2))
     there = ~known.missing

@@ -46,7 +46,8 @@ class PosteriorMap:
     with the readings weighted by this noise. The proposal is thus wider for an element with larger noise.
 
     Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn
-    first, from the last to the first; each is cut off at its bounds, given those drawn before it. `bend` then shifts
+    first, from the last to the first; each is cut off at its bounds, given those drawn before it. So are the other
+    coordinates, down to the first one that may reach a bound, such as a depth at the core. `bend` then shifts
     the other coordinates of the chain to where their mode is given these values. The coordinates of the chain are those
     along the `ridges` of the posterior, which are the coordinates themselves where there is no ridge.
 
@@ -70,7 +71,9 @@ class PosteriorMap:
     pull : (n,) array or None
         Gradient of the log posterior at `vector`; None for zero.
     ends : pair of (d,) arrays or None
-        Bounds of all entries of the flat vector, used for the values of effects.
+        Bounds of all entries of the flat vector; None where nothing is cut off.
+    first_cut : int
+        Coordinates of the chain from this one on are cut off at their bounds.
     further_sd : (k,) array or None
         Standard deviations of the values of drifts and noise effects.
     bend : Bend or None
@@ -89,6 +92,7 @@ class PosteriorMap:
     constant: FloatArray | None = None
     pull: FloatArray | None = None
     ends: tuple[FloatArray, FloatArray] | None = None
+    first_cut: int = 0
     further_sd: FloatArray | None = None
     bend: Bend | None = None
     ridges: Ridges = NO_RIDGES
@@ -144,7 +148,7 @@ class PosteriorMap:
         pull = (weight - 1) @ self.gradient
         shift = solve_lower(root, np.asarray(pull if self.pull is None else pull + self.pull))
         standard = points[:, :n]
-        if self.ends is not None and at.n_values:
+        if self.ends is not None and self.first_cut < n:
             standard, more = self._cut_off(standard, shift, root)
             log_derivative = log_derivative + more
         vectors[:, :n] = self.vector[:n] + solve_lower(root, standard + shift, transposed=True)
@@ -155,13 +159,13 @@ class PosteriorMap:
         return vectors, log_derivative + more
 
     def _cut_off(self, standard: FloatArray, shift: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Standard variables that keep the values of effects inside their bounds, and the log of the derivative."""
+        """Standard variables that keep coordinates inside their bounds, and the log of the derivative."""
         assert self.ends is not None
-        at, n = self.layout, self.layout.n_chain
+        n = self.layout.n_chain
         out, total = standard.copy(), np.zeros(len(standard))
         step = np.zeros(standard.shape)
         limits = self._limits(standard, shift, root)
-        for k in reversed(range(at.n_base, n)):
+        for k in reversed(range(self.first_cut, n)):
             rest = np.einsum("nj,nj->n", root[:, k + 1 :, k], step[:, k + 1 :]) - shift[:, k]
             low, high = (root[:, k, k] * (ends[..., k] - self.vector[k]) + rest for ends in limits)
             out[:, k], more = normal_between(standard[:, k], low, high)

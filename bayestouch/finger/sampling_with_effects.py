@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.finger.bend import Bend
 from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
 from bayestouch.finger.known_touches import KnownTouches
@@ -19,6 +19,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import seen_columns
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.joint_drifts import FREE
+from bayestouch.model.linear import step_within
 from bayestouch.model.ridges import ridges_of
 from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
@@ -26,6 +27,12 @@ from bayestouch.sampling.ridge import Ridges
 
 # Number of Newton steps of the chain's parameters, each with the noise after the previous step.
 STEPS = 3
+# A coordinate is at a bound if it is nearer than this many of its standard deviations given all others. The density
+# falls steeply from there if its mean without the bound is farther beyond than this many standard deviations: what is
+# left of the density is then a third as wide or less, and the others hardly move within it.
+REACHED, STEEP = 0.05, 3.0
+# A coordinate may reach a bound that is nearer than this many standard deviations.
+NEAR = 6.0
 # Least precision of the prior of a coordinate along a ridge.
 LEAST = 1e-3
 # On a ridge the normal approximation in the new coordinates is worse.
@@ -95,11 +102,17 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     missed = slice(at.log_discrepancy.start - n, at.log_discrepancy.stop - n)
     guess[missed] -= 2 * prior.spread[at.log_discrepancy]
     vector = np.concatenate([fitted.vector, guess])
+    vector[:n] = np.clip(vector[:n], low[:n] + margin, high[:n] - margin)
     shape = None
+
+    def leaving(step: FloatArray) -> BoolArray:
+        chain, ends = vector[:n], (low[:n] + 2 * margin, high[:n] - 2 * margin)
+        return ((chain <= ends[0]) & (step < 0)) | ((chain >= ends[1]) & (step > 0))
+
     for _ in range(STEPS):
         linear = linearised_chain(fitted, posterior, vector)
         hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
-        step = np.linalg.solve(hessian, linear.pull)
+        step, _ = step_within(hessian, linear.pull, leaving)
         vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
         linear = linearised_chain(fitted, posterior, vector)
         shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, linear.residuals)
@@ -113,6 +126,9 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     start = _Start(vector, linear, prior.spread[:n])
     if ridges.each:
         start = _Start.along(ridges, fitted, posterior, vector)
+    start = start.with_bounds_reached(ridges, (low, high))
+    sd = np.sqrt(np.diag(covariance))[: at.n_base]
+    room = np.minimum(vector - low, high - vector)[: at.n_base]
     to_vectors = PosteriorMap(
         known=posterior.known,
         layout=at,
@@ -124,6 +140,7 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         constant=start.linear.constant,
         pull=start.linear.pull,
         ends=(low, high),
+        first_cut=int(np.append(np.flatnonzero(room < NEAR * sd), at.n_base)[0]),
         further_sd=further_sd,
         bend=_bend(fitted, posterior, start, ridges, (low, high)) if at.n_values else None,
         ridges=ridges,
@@ -167,6 +184,25 @@ class _Start:
         data = np.linalg.inv(linear.hessian + np.diag(spread**-2.0))
         spread[at] = 1 / np.sqrt(np.maximum(1 - 1 / np.diag(data)[at], LEAST))
         return cls(vector, linear, spread)
+
+    def with_bounds_reached(self, ridges: Ridges, ends: tuple[FloatArray, FloatArray]) -> _Start:
+        """The same, with coordinates independent of all others if the density falls steeply from their bound.
+
+        Such a coordinate is at its bound nearly, and the others are where they are for that. The normal density without
+        bounds has its mean far beyond the bound, and there the others have moved, too. As the map draws one coordinate
+        after the other, those drawn before such a one would be where they are without the bound.
+        """
+        hessian, pull = self.linear.hessian + np.diag(self.prior_spread**-2.0), self.linear.pull
+        n = len(pull)
+        entries = np.setdiff1d(np.arange(n), ridges.standard)
+        room = np.where(pull < 0, self.vector[:n] - ends[0][:n], ends[1][:n] - self.vector[:n])
+        at = entries[room[entries] < REACHED * np.diag(hessian)[entries] ** -0.5]
+        rest = np.setdiff1d(np.arange(n), at)
+        others = hessian[np.ix_(rest, rest)], hessian[np.ix_(rest, at)]
+        precision = np.diag(hessian[np.ix_(at, at)] - others[1].T @ np.linalg.solve(*others))
+        steep = np.abs(pull[at]) > STEEP * np.sqrt(precision)
+        own = (precision - self.prior_spread[at] ** -2.0) / np.diag(self.linear.hessian)[at]
+        return replace(self, linear=self.linear.without_coupling(at[steep].tolist(), np.maximum(own[steep], 0.0)))
 
 
 def _ridges(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, covariance: FloatArray) -> Ridges:

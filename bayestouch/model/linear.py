@@ -148,25 +148,8 @@ class Linearised:
         )
 
     def step_within(self, leaving: Callable[[FloatArray], NDArray[np.bool_]]) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Step of the parameters to the maximum a posteriori, (d,), and which are fixed at a bound, (d,).
-
-        Parameters
-        ----------
-        leaving : callable
-            From a step (d,) to a mask (d,) of the parameters that the step would move beyond their bounds.
-        """
-        matrix, slope = self.hessian(), self.gradient()
-        scale = np.sqrt(np.diag(matrix))
-        even, slope = conditioned(matrix / np.outer(scale, scale)), slope / scale
-        held = np.zeros(len(slope), dtype=bool)
-        while True:
-            free = np.flatnonzero(~held)
-            step = np.zeros(len(slope))
-            step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free]) / scale[free]
-            more = leaving(step) & ~held
-            if not more.any():
-                return step, held
-            held |= more
+        """Step of the parameters to the maximum a posteriori, and which are fixed at a bound: see `step_within`."""
+        return step_within(self.hessian(), self.gradient(), leaving)
 
     def covariance(self) -> FloatArray:
         """Covariance of the parameters, (d, d); parameters fixed at a bound have their mean square about the bound."""
@@ -283,6 +266,31 @@ def covariance_of(information: FloatArray) -> FloatArray:
     scale = np.sqrt(np.diag(information))
     even = np.outer(scale, scale)
     return np.asarray(np.linalg.inv(conditioned(information / even)) / even)
+
+
+def step_within(
+    matrix: FloatArray, slope: FloatArray, leaving: Callable[[FloatArray], NDArray[np.bool_]]
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Step of parameters to a maximum between bounds, (d,), and which of them are fixed at a bound, (d,).
+
+    Parameters
+    ----------
+    matrix, slope : (d, d), (d,) arrays
+        Minus the second derivative of what is maximised, and its first derivative.
+    leaving : callable
+        From a step (d,) to a mask (d,) of the parameters that the step would move beyond their bounds.
+    """
+    scale = np.sqrt(np.diag(matrix))
+    even, slope = conditioned(matrix / np.outer(scale, scale)), slope / scale
+    held = np.zeros(len(slope), dtype=bool)
+    while True:
+        free = np.flatnonzero(~held)
+        step = np.zeros(len(slope))
+        step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free]) / scale[free]
+        more = leaving(step) & ~held
+        if not more.any():
+            return step, held
+        held |= more
 
 
 def with_functions(model: Linearised, functions: Functions | None) -> Linearised:

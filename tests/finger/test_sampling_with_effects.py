@@ -9,8 +9,10 @@ import bayestouch
 from bayestouch.calibration.with_effects import fit_stated
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.density_with_effects import EffectPosterior
-from bayestouch.finger.linear_chain import degrees_spent
-from bayestouch.finger.sampling_with_effects import effect_fit
+from bayestouch.finger.linear_chain import LinearChain, degrees_spent
+from bayestouch.finger.noise import Residuals
+from bayestouch.finger.sampling import NO_RIDGES
+from bayestouch.finger.sampling_with_effects import _Start, effect_fit
 from bayestouch.sampling.rank_one import inverse_root
 
 
@@ -60,3 +62,52 @@ def test_the_map_of_a_posterior_with_a_drift_follows_the_noise(name: str) -> Non
     assert np.isfinite(ratio).all()
     # Twelve coordinates: a proposal off by a third of a standard deviation in each has ratios that scatter by 1.2.
     assert ratio.std() < 1.0
+
+
+@pytest.mark.parametrize("share", [-0.2, -0.35])
+def test_the_map_where_the_density_falls_steeply_from_a_bound(share: float) -> None:
+    """A limit fitted to a gain that bends: the sharpness of the limit is at its bound of 5.
+
+    Without the bound its mean would be tens of standard deviations away, and all other parameters with it: all draws of
+    the map were at densities hundreds of nats below that of the mode.
+    """
+    design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=2.0, flat_step_deg=4.0, touch_step_deg=20.0)
+    made = bayestouch.simulate(design, effects={"gain_nonlinearity": share}, seed=3)
+    model = StatedModel("finger", "layer", (("saturation", {}),))
+    stated = fit_stated(made.dataset, model, draws=8, seed=0, contact="layer")
+    start = stated.evaluation.start
+    posterior = EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
+    fit = effect_fit(stated.fitted, stated.added, posterior)
+    at, density = fit.posterior.layout, fit.density()
+    centre, covariance = np.zeros(at.size), np.eye(at.size)
+    centre[at.n_chain :], covariance[at.n_chain :, at.n_chain :] = fit.shape.centre, fit.shape.covariance
+    normal = np.random.default_rng(4).standard_normal((400, at.size))
+    vectors, log_derivative = fit.to_vectors(centre + normal @ np.linalg.cholesky(covariance).T)
+    knee = vectors[:, at.values.start + 1]
+    assert (knee >= 5.0).all() and knee.max() < 5.5
+    ratio = density(vectors) + log_derivative + 0.5 * (normal**2).sum(axis=1)
+    inside = np.isfinite(ratio)
+    assert inside.mean() > 0.95
+    # Effective share of the draws as a sample of the posterior; a few hundredths would already serve a chain.
+    weight = np.exp(ratio[inside] - ratio[inside].max())
+    assert weight.sum() ** 2 / (weight**2).sum() > 0.1 * len(weight)
+
+
+def test_a_coordinate_at_a_steep_bound_is_independent_with_the_width_that_is_left() -> None:
+    """Three coordinates, of which the last is at its lower bound; pulls are in its standard deviations given none."""
+    precision = np.array([[2.0, 0.3, 0.8], [0.3, 1.0, 0.5], [0.8, 0.5, 1.5]])
+    marginal = 1 / np.linalg.inv(precision)[2, 2]
+    none, prior = np.zeros((0, 1)), np.full(3, 1e6)
+    ends = np.array([-np.inf, -np.inf, 5.0]), np.full(3, np.inf)
+
+    def moved(pull: float, value: float = 5.0) -> np.ndarray:
+        gradient = np.array([[0.0, 0.0, pull * np.sqrt(marginal)]])
+        linear = LinearChain(Residuals(none, none, np.zeros(1)), precision[None], gradient, None, np.zeros(3))
+        start = _Start(np.array([0.0, 0.0, value]), linear, prior)
+        return start.with_bounds_reached(NO_RIDGES, ends).linear.hessian
+
+    for same in (moved(-2.9), moved(3.1), moved(-3.1, 5.1)):
+        np.testing.assert_allclose(same, precision)
+    apart = moved(-3.1)
+    np.testing.assert_allclose(apart[:2, :2], precision[:2, :2])
+    np.testing.assert_allclose(apart[2], [0.0, 0.0, marginal], atol=1e-9)
