@@ -13,7 +13,7 @@ from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.noise import Residuals, StandardErrors
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.linear import Functions
+from bayestouch.model.linear import Functions, conditioned
 from bayestouch.sampling.rank_one import inverse_root
 
 
@@ -116,9 +116,11 @@ def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatAr
         precision = precision + np.einsum("inm,jnm->mij", within, within, optimize=True)
         gradient = gradient + np.einsum("inm,nm->mi", within, off)
     hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
-    # Not by the inverse: its rounding can exceed its least eigenvalue where scales of coordinates differ much.
-    whole = np.linalg.cholesky(hessian if constant is None else hessian + constant)
-    half = np.asarray(solve_triangular(whole, white.reshape(n, -1), lower=True, check_finite=False))
+    total = hessian if constant is None else hessian + constant
+    # Not by the inverse, whose rounding can exceed its least eigenvalue: units of coordinates may be very different.
+    unit = np.diag(total) ** -0.5
+    whole = np.linalg.cholesky(conditioned(total * np.outer(unit, unit)))
+    half = np.asarray(solve_triangular(whole, unit[:, None] * white.reshape(n, -1), lower=True, check_finite=False))
     spent = spent + degrees_spent(half.reshape(white.shape), root, own)
     share = np.sqrt(own / (own + more + shared**2))
     there = ~known.missing

@@ -254,6 +254,8 @@ def follow(
     volume = CubicSpline(value, [each.log_volume for each in stations])
     fine = np.linspace(value[0], value[-1], TABLE)
     z, at = normal_variable(fine, profile(fine) + volume(fine))
+    if len(z) < 2:  # nearly all of the density is between two points of the table
+        return None
     others = np.concatenate([scaled, moved])
     ends = float(value[0]), float(value[-1])
     return Ridge(free, others, scaled, ends, PchipInterpolator(z, at), z[[0, -1]], offset, log_scale)
