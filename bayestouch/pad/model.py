@@ -20,7 +20,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.places import Places
 from bayestouch.chain.recording import Recording
-from bayestouch.model.base import Predicted, SensorModel
+from bayestouch.model.base import Predicted, SensorModel, difference
 from bayestouch.model.observations import Observations
 from bayestouch.pad.correction_basis import PadCorrectionBasis
 from bayestouch.pad.map_basis import HeldMap, MapBasis
@@ -173,11 +173,14 @@ class PadModel(SensorModel):
         """`predict` at each of vectors (n, d); the response of the chain is computed for all of them together."""
         places = self._stated_places
         for vector, response in zip(vectors, self.pad.sensitivities(self._flat(vectors), places.distinct), strict=True):
-            recording = self.poses(vector)
-            if self._places(recording) is places:
-                yield self._with_zero(self._pressed(recording, places, places.copied(response), vector), vector)
-            else:  # an effect moves the touches
-                yield self.predict(vector)
+            yield self._predicted(vector, places, places.copied(response))
+
+    def _predicted(self, vector: FloatArray, places: Places, response: FloatArray) -> Predicted:
+        """`predict`, from the response (t, m) of the chain at places, if no effect moves the touches elsewhere."""
+        recording = self.poses(vector)
+        if self._places(recording) is not places:
+            return self.predict(vector)
+        return self._with_zero(self._pressed(recording, places, response, vector), vector)
 
     def _with_zero(self, signal: Recording, vector: FloatArray) -> Predicted:
         from_signal = self.readings(signal, vector)
@@ -190,7 +193,10 @@ class PadModel(SensorModel):
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
-        recording = self.signal(vector)
+        recording = self.poses(vector)
+        places = self._places(recording)
+        response = places.values(self.chain(vector).sensitivity)
+        recording = self._pressed(recording, places, response, vector)
         rows = self.rows(recording)
         of_signal = self._of_base(vector, recording)
         if self.by_sample:
@@ -201,9 +207,15 @@ class PadModel(SensorModel):
         m = self.n_elements
         by_row[m : 2 * m] = np.eye(m)[:, None, :]
         parts = [self.parted(each) for each in by_row]
-        parts += [self.of_value(vector, i) for i in range(self.n_base, len(vector))]
+        values = range(self.n_base, len(vector))
+        parts += [self._along_value(vector, i, places, response) for i in values]
         samples = None if not self.by_sample else np.stack([np.asarray(each.samples) for each in parts])
         return np.stack([each.touches for each in parts]), samples
+
+    def _along_value(self, vector: FloatArray, place: int, places: Places, response: FloatArray) -> Predicted:
+        """`of_value`, from the response of the chain, which the values of effects do not change."""
+        up, down, step = self.about_value(vector, place)
+        return difference(lambda sign: self._predicted(up if sign > 0 else down, places, response), step)
 
     def _of_base(self, vector: FloatArray, recording: Recording) -> FloatArray:
         """Derivative of the signal over the base parameters, (d, t, m); zero for the offsets."""
