@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from dynesty import NestedSampler
 
-# Live points: with 250 the effective sample size of a touch is about 400 to 800.
-LIVE, TOUCHES, LEFT = 250, 24, 0.05
+# Live points, number of touches (each takes many seconds), and what may be left of the evidence.
+LIVE, TOUCHES, LEFT = 250, 6, 0.05
 
 
 def likelihood(given: dict[str, np.ndarray], touch: int) -> Callable[[np.ndarray], float]:
