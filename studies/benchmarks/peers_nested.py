@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from dynesty import NestedSampler
 
-# Live points, number of touches (each takes many seconds), and what may be left of the evidence.
-LIVE, TOUCHES, LEFT = 250, 6, 0.05
+# Live points (with 100 the effective sample size is about 500), touches (seconds each), and evidence that may be left.
+LIVE, TOUCHES, LEFT = 100, 12, 0.05
 
 
 def likelihood(given: dict[str, np.ndarray], touch: int) -> Callable[[np.ndarray], float]:

@@ -132,12 +132,13 @@ def test_a_split_table_calibrates_with_touches_that_it_does_not_read(make: Calla
 
 
 def test_thinned_training_stays_apart() -> None:
-    """A pad of too many touches is fitted with some of its training touches and with no other."""
+    """In a pad of too many touches the search uses some of its training touches and no other; calibrations use all."""
     data = SplitData.of(pads(400, 2))
     thin = data.thinned(50, 3)
-    fitted = set(thin.table.touch[thin.training])
+    fitted = set(thin.table.touch[thin.searched])
     assert len(fitted) == 50
     assert fitted <= set(data.table.touch[data.training])
+    np.testing.assert_array_equal(thin.training, data.training)
     np.testing.assert_array_equal(thin.held_out, data.held_out)
     assert data.thinned(None, 3) is data and data.thinned(400, 3) is data
 
