@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import j0, j1
 
-from bayestouch.array_types import FloatArray, FloatOrArray
+from bayestouch.array_types import FloatArray, FloatOrArray, ObjectArray
 from bayestouch.body.half_space import half_space_kernel_1d, half_space_kernel_2d
 from bayestouch.body.layer_transfer import (
     Quantity,
@@ -127,7 +127,8 @@ def _kernel(
     depth = check_layer(thickness_mm, poisson_ratio, depth_mm)
     distance = np.asarray(distance_mm, dtype=float)
     half_space = half_space_kernel_1d if dimensions == 1 else half_space_kernel_2d
-    z, a, sigma, h = (_over(distance, each) for each in (depth, load_radius_mm, poisson_ratio, thickness_mm))
+    given = (depth, load_radius_mm, poisson_ratio, thickness_mm)
+    z, a, sigma, h = (over_first(each, distance) if np.ndim(each) else each for each in given)
     direct = half_space(distance, z, a, poisson_ratio=sigma, quantity=quantity)
     if np.ndim(h) == 0 and np.isinf(h):
         return direct
@@ -139,11 +140,9 @@ def _kernel(
     return reflection.added_to(direct, distance, h)
 
 
-def _over(distance: FloatArray, of_layers: FloatOrArray) -> FloatOrArray:
-    """Values of layers (n,) in a shape that broadcasts with distances (n, ...); a number as it is."""
-    if np.ndim(of_layers) == 0:
-        return of_layers
-    return np.reshape(of_layers, (-1,) + (1,) * (distance.ndim - 1))
+def over_first(values: ArrayLike, distance: FloatArray) -> ObjectArray:
+    """Values (n,), one for each of the first axis, in a shape that broadcasts with distances (n, ...)."""
+    return np.reshape(values, (-1,) + (1,) * (distance.ndim - 1))
 
 
 @dataclass(frozen=True)
@@ -188,7 +187,7 @@ class _Reflection:
         t = place - left
         s = 1 - t
         if len(self.values) > 1:
-            left += np.reshape(GRID * np.arange(len(self.values)), (-1,) + (1,) * (place.ndim - 1))
+            left += over_first(GRID * np.arange(len(self.values)), place)
         by_values = s * s * (1 + 2 * t) * self.values.take(left) + t * t * (1 + 2 * s) * self.values.take(left + 1)
         return np.asarray(by_values + s * t * (s * self.slopes.take(left) - t * self.slopes.take(left + 1)))
 

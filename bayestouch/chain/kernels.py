@@ -14,6 +14,7 @@ from bayestouch.body.layer import (
     half_space_kernel_2d,
     layer_kernel_1d,
     layer_kernel_2d,
+    over_first,
 )
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior
 
@@ -93,7 +94,7 @@ def derivatives(kernel: Kernel, distance_mm: FloatArray, values: FloatArray) -> 
 
 def _of_each(values: FloatArray, distance_mm: FloatArray) -> tuple[FloatArray, ...]:
     """Each of the parameters, from values (k,), or from (n, k) in a shape that broadcasts with distances (n, ...)."""
-    return tuple(np.reshape(each, each.shape + (1,) * (distance_mm.ndim - 1) * each.ndim) for each in values.T)
+    return tuple(over_first(each, distance_mm) if each.ndim else each for each in values.T)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.array_types import FloatArray
 from bayestouch.finger.bend import Bend
 from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
 from bayestouch.finger.known_touches import KnownTouches
@@ -19,7 +19,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import seen_columns
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.joint_drifts import FREE
-from bayestouch.model.linear import step_within
+from bayestouch.model.linear import leaving_bounds, step_within
 from bayestouch.model.ridges import ridges_of
 from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
@@ -104,15 +104,11 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     vector = np.concatenate([fitted.vector, guess])
     vector[:n] = np.clip(vector[:n], low[:n] + margin, high[:n] - margin)
     shape = None
-
-    def leaving(step: FloatArray) -> BoolArray:
-        chain, ends = vector[:n], (low[:n] + 2 * margin, high[:n] - 2 * margin)
-        return ((chain <= ends[0]) & (step < 0)) | ((chain >= ends[1]) & (step > 0))
-
     for _ in range(STEPS):
         linear = linearised_chain(fitted, posterior, vector)
         hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
-        step, _ = step_within(hessian, linear.pull, leaving)
+        at_ends = leaving_bounds(vector[:n], low[:n] + 2 * margin, high[:n] - 2 * margin)
+        step, _ = step_within(hessian, linear.pull, at_ends)
         vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
         linear = linearised_chain(fitted, posterior, vector)
         shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, linear.residuals)

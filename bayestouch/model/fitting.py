@@ -12,7 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
 from bayestouch.model.base import SensorModel
-from bayestouch.model.linear import Functions, Linearised
+from bayestouch.model.linear import Functions, Linearised, leaving_bounds
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
@@ -275,4 +275,4 @@ def _step(
     linear: Linearised, vector: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Step to the maximum, and which parameters are fixed because they are at a bound and the step points outside."""
-    return linear.step_within(lambda step: ((vector <= low) & (step < 0)) | ((vector >= high) & (step > 0)))
+    return linear.step_within(leaving_bounds(vector, low, high))

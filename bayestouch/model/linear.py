@@ -268,6 +268,11 @@ def covariance_of(information: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(conditioned(information / even)) / even)
 
 
+def leaving_bounds(vector: FloatArray, low: FloatArray, high: FloatArray) -> Callable[[FloatArray], NDArray[np.bool_]]:
+    """From a step (d,) to a mask (d,) of the parameters that are at or beyond a bound, and would move further out."""
+    return lambda step: ((vector <= low) & (step < 0)) | ((vector >= high) & (step > 0))
+
+
 def step_within(
     matrix: FloatArray, slope: FloatArray, leaving: Callable[[FloatArray], NDArray[np.bool_]]
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
