@@ -12,6 +12,9 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import LogNormal, Normal
 
+# Acting load of a touch under the threshold, over the reference load: no signal, but a load to divide by.
+LEAST = 1e-6
+
 
 @dataclass(frozen=True)
 class LoadNonlinearity(Effect):
@@ -19,7 +22,7 @@ class LoadNonlinearity(Effect):
 
     The contact widens as the load increases, and a thin layer or a channel under it becomes stiffer. A pad that is
     linear in the pressure is then not linear in the load. `threshold` is the load that the skin carries before it
-    touches the layer or channel. On a finger the base model already has the widening of the contact. The effect depends
+    touches the layer or channel; a smaller load does not act (p is at least 10⁻⁶ P_ref). On a finger the base model already has the widening of the contact. The effect depends
     on the load; a gain that depends on the reading is `gain_nonlinearity`.
 
     Reference: K. L. Johnson, Contact Mechanics (1985), chapters 4 and 5 (the peak pressure under a sphere is
@@ -48,7 +51,7 @@ class LoadNonlinearity(Effect):
 
     def pose(self, recording: Recording, values: Values) -> Recording:
         share, threshold = values
-        load = recording.load - threshold
+        load = np.maximum(recording.load - threshold, LEAST * recording.reference_load)
         return replace(recording, load=load / np.maximum(1 + share * load / recording.reference_load, 0.1))
 
 

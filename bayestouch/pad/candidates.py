@@ -23,6 +23,9 @@ _MAP_ROUNDS = 2
 
 # Number of touches used to choose among the starting values of a kernel.
 _START_TOUCHES = 200
+# A fit from a starting value ends when a step decreases its objective by less than this share of it. Fits that end in
+# different minima differ by more, and the best one is fitted again to its end.
+_START_ENOUGH = 1e-4
 
 # First guess of the model error of a kernel, as a share of the signal.
 _FIRST_MISFIT = 0.03
@@ -108,7 +111,7 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
     # A part of the touches is enough to choose the best start.
     order = np.random.default_rng(problem.seed).permutation(known.n_touches)[:_START_TOUCHES]
     part, rough = known.select(order), misfit.select(order)
-    starts = [fit_chain(priors.start(kernel, values), flat, part, rough) for values in kernel.starts]
+    starts = [fit_chain(priors.start(kernel, values), flat, part, rough, _START_ENOUGH) for values in kernel.starts]
     fit = fit_chain(min(starts, key=lambda each: each.laplace.cost).chain, flat, known, misfit)
     # The guess is scaled to the observed residuals: if it were too large, the uncertainty of the fit would hide noise.
     residual, learned = fit.left_out

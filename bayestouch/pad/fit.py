@@ -13,7 +13,7 @@ from bayestouch.chain.places import Places
 from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
-from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
+from bayestouch.sampling.laplace import ENOUGH, LaplaceFit, least_squares_map
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,9 @@ class PadFit:
         return out
 
 
-def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, misfit: MapDiscrepancy) -> PadFit:
+def fit_chain(
+    start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, misfit: MapDiscrepancy, enough: float = ENOUGH
+) -> PadFit:
     """Maximum a posteriori of gains, offsets, positions and kernel by generalised least squares.
 
     Parameters
@@ -98,6 +100,8 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
         Touches with location and load.
     misfit : MapDiscrepancy
         Covariance of reading minus chain.
+    enough : float
+        As in `least_squares_map`.
     """
     low, high = (np.array([prior.support[side] for prior in priors]) for side in (0, 1))
     width = np.where(np.isfinite(high - low), high - low, [_unbounded_width(each) for each in priors])
@@ -122,7 +126,7 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
             blocks.append(block)
         return np.concatenate([*blocks, np.diag(_prior_rows(vector, priors)[1])])
 
-    laplace = least_squares_map(residuals, jacobian, np.clip(start.flat, low, high), (low, high))
+    laplace = least_squares_map(residuals, jacobian, np.clip(start.flat, low, high), (low, high), enough)
     return PadFit(start.with_flat(laplace.mode), laplace, misfit, known, places)
 
 

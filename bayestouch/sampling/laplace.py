@@ -9,6 +9,9 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 
+#: A fit ends when a step decreases the objective by less than this share of it, as a rule.
+ENOUGH = 1e-10
+
 
 @dataclass(frozen=True, eq=False)
 class LaplaceFit:
@@ -57,7 +60,7 @@ def least_squares_map(
     jacobian: Callable[[FloatArray], FloatArray],
     start: FloatArray,
     bounds: tuple[FloatArray, FloatArray],
-    enough: float = 1e-10,
+    enough: float = ENOUGH,
 ) -> LaplaceFit:
     """Return the maximum a posteriori fit of a model with normal residuals.
 
