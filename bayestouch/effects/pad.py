@@ -22,8 +22,9 @@ class LoadNonlinearity(Effect):
 
     The contact widens as the load increases, and a thin layer or a channel under it becomes stiffer. A pad that is
     linear in the pressure is then not linear in the load. `threshold` is the load that the skin carries before it
-    touches the layer or channel; a smaller load does not act (p is at least 10⁻⁶ P_ref). On a finger the base model already has the widening of the contact. The effect depends
-    on the load; a gain that depends on the reading is `gain_nonlinearity`.
+    touches the layer or channel; a smaller load does not act (p is at least 10⁻⁶ P_ref). On a finger the base model
+    already has the widening of the contact. The effect depends on the load; a gain that depends on the reading is
+    `gain_nonlinearity`.
 
     Reference: K. L. Johnson, Contact Mechanics (1985), chapters 4 and 5 (the peak pressure under a sphere is
     proportional to the cube root of the load).

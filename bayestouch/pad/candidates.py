@@ -42,7 +42,7 @@ class PadCandidate:
     shape : PadChain
         Pad whose kernel is used in the prior of the map (`MapDiscrepancy.shape`).
     left_out : LeftOut
-        Predictions of each reading from all others.
+        Predictions of the readings from all other blocks of touches.
     noise : Noise
         Noise estimated from these predictions.
     load_spread : float

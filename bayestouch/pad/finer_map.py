@@ -27,6 +27,7 @@ from bayestouch.chain.pad_map import PadMap
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.inducing import InducedCovariance
 from bayestouch.pad.known_touches import loads_vary, location_spacing
+from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import distances, matern_5_2, matern_5_2_by_length
@@ -37,9 +38,6 @@ GROUPS, NEIGHBOURS = 12, 25
 # Loads at which the map is tabulated. Step in the logarithm over λ (the error of linear interpolation is then some
 # thousandths of the part that changes with the load); smallest and largest number of steps; factor beyond known loads.
 LOAD_STEP, LOADS, BEYOND = 0.1, (8, 40), 1.25
-# Number of blocks of consecutive touches that are left out together for the estimate of the noise. Consecutive touches
-# have similar errors, for example if a zero drifts: a single left-out touch would be predicted too well.
-BLOCKS = 40
 # Bounds of sizes (over the amplitude), of the length in the logarithm of the load, and of the noise (over the signal).
 SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
 
@@ -110,7 +108,7 @@ class FinerMap:
         covariances, predicted = [], fit.chain.predict(known.location, known.load)
         shape = kernel_shape(model.shape, known.location)
         location = _Rows(known.location, known.load, shape)
-        blocks = np.array_split(np.arange(known.n_touches), min(BLOCKS, known.n_touches))
+        blocks = blocks_left_out(known.n_touches)
         for e in range(here.shape[1]):
             # The noise of a missing reading is so large that its weight is negligible.
             blank = np.where(here[:, e], variance[:, e], 1e9 * (variance[:, e] + signal[:, e] ** 2))

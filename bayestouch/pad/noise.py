@@ -1,4 +1,4 @@
-"""Noise of a pad by maximum likelihood, from leave-one-out predictions of the readings."""
+"""Noise of a pad by maximum likelihood, from predictions of readings that are left out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FLOOR_SPREAD = 0.5
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """Predictions of each reading from all other readings; n touches, m elements.
+    """Predictions of readings from all other blocks of touches (`bayestouch.pad.left_out`); n touches, m elements.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
     Parameters
     ----------
     left_out : LeftOut
-        Leave-one-out predictions.
+        Predictions of the readings that are left out.
     pure_error_variance : (m,) array
         Variance of one raw reading from repeats; NaN without repeats.
     force_sd : float

@@ -19,6 +19,7 @@ from bayestouch.pad.calibration import calibrate_pad
 from bayestouch.pad.candidates import add_map, fit_kernel
 from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.known_touches import choose_samples, pad_readings
+from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.load import load_statistics
 from bayestouch.pad.misfit_fit import _evidence
 from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
@@ -124,14 +125,15 @@ def test_a_map_without_a_kernel_finds_the_noise() -> None:
     assert np.mean(found) == pytest.approx(truth, rel=0.2)
 
 
-def test_left_out_is_what_a_fit_without_the_reading_predicts(known_line: tuple[SimulatedPad, PadProblem]) -> None:
+def test_left_out_is_what_a_fit_without_the_block_predicts(known_line: tuple[SimulatedPad, PadProblem]) -> None:
     pad, problem = known_line
     model = add_map(problem, fit_kernel(problem, kernel_for("half-space", pad.sensor, problem.pitch_mm)))
     fit, priors = model.fit, problem.priors.of(model.kernel)
     residual, variance = fit.left_out
     for touch, element in ((10, 0), (20, 1), (33, 3), (52, 2)):
+        (block,) = (each for each in blocks_left_out(len(residual)) if touch in each)
         missing = fit.misfit.variance.copy()
-        missing[touch, element] = np.inf
+        missing[block, element] = np.inf
         misfit = replace(fit.misfit, variance=missing)
         without = fit_chain(fit.chain, priors, problem.known, misfit)
         predicted = without.predicted()[touch, element]
