@@ -20,6 +20,7 @@ import traceback
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from _page import DOCS, markdown_table, write_between
@@ -99,12 +100,15 @@ def data_sets(clone: Path | None, only: Sequence[str], done: set[str]) -> Iterat
             yield array.name, bayestouch.load_dataset(folder)
 
 
-def result(name: str, dataset: DataSet) -> Record:
-    """Diagnose a pad, read its held-out touches in each way, and return the numbers; the error where there is one."""
+def result(name: str, dataset: DataSet, **options: Any) -> Record:
+    """Diagnose a pad, read its held-out touches in each way, and return the numbers; the error where there is one.
+
+    `options` are those of `bayestouch.diagnose`; the study has none.
+    """
     version = {"version": __version__, "commit": _commit()}
     begun = time.process_time()
     try:
-        diagnosis = bayestouch.diagnose(dataset)
+        diagnosis = bayestouch.diagnose(dataset, **options)
         seconds = time.process_time() - begun
         ways = worths(dataset, diagnosis.traced)
     except Exception:

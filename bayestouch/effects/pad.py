@@ -42,7 +42,9 @@ class LoadNonlinearity(Effect):
         if setting.finger or not setting.loads_vary:
             return None
         size = 0.3 * setting.reference_load
-        prior, what = Normal(0.0, size), "load that does not reach the elements"
+        # Under a threshold as large as the reference load, half of the touches would not act.
+        prior = Normal(0.0, size, -setting.reference_load, setting.reference_load)
+        what = "load that does not reach the elements"
         return cls(
             (
                 EffectParameter("share", "", "loss at the reference load", Normal(0.0, 1.0, -0.2), (0.01,), 0.0),

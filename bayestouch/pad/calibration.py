@@ -13,7 +13,7 @@ from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, nearest, unknown_name
 from bayestouch.output.progress import Progress, staged
-from bayestouch.pad.candidates import PadCandidate
+from bayestouch.pad.candidates import PadCandidate, with_noise_between_blocks
 from bayestouch.pad.choice import choose_model
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.known_touches import SAMPLES
@@ -168,4 +168,4 @@ def choose_pad(
     name = next(name for name, rival in rivals.items() if rival is model)
     _, unused = used_priors(problem.priors.stated, model.fit.chain)
     notes = [*dataset.notes, *dataset.calibration.notes, *notes, *unused]
-    return ChosenPad(problem, name, model, rivals, notes, empirical)
+    return ChosenPad(problem, name, with_noise_between_blocks(problem, model), rivals, notes, empirical)

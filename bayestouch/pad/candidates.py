@@ -12,6 +12,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad import PadChain
 from bayestouch.pad.fit import PadFit, fit_chain
 from bayestouch.pad.known_touches import location_spacing
+from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.misfit_fit import fit_misfit
 from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
@@ -42,9 +43,9 @@ class PadCandidate:
     shape : PadChain
         Pad whose kernel is used in the prior of the map (`MapDiscrepancy.shape`).
     left_out : LeftOut
-        Predictions of the readings from all other blocks of touches.
+        Predictions of each reading from all others.
     noise : Noise
-        Noise estimated from these predictions.
+        Noise estimated from these predictions, or from blocks of touches that are left out together.
     load_spread : float
         Standard deviation of unmeasured loads over their mean in the calibration; NaN where loads were measured.
     score : float
@@ -151,15 +152,30 @@ def add_map(problem: PadProblem, model: PadCandidate) -> PadCandidate:
     return _judged(problem, fit, chain)
 
 
-def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
-    residual, variance = fit.left_out
-    left_out = LeftOut(
+def with_noise_between_blocks(problem: PadProblem, model: PadCandidate) -> PadCandidate:
+    """The model with the noise of later touches: that of predictions from other blocks of touches.
+
+    The model itself is chosen by single touches that are left out. If it is wrong, for example in the load, blocks are
+    predicted so much worse that a search for what is missing would see noise.
+    """
+    left_out = _left_out(problem, model.fit, model.fit.without_blocks(blocks_left_out(problem.known.n_touches)))
+    noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
+    return replace(model, noise=noise, load_spread=spread)
+
+
+def _left_out(problem: PadProblem, fit: PadFit, predictions: tuple[FloatArray, FloatArray]) -> LeftOut:
+    residual, variance = predictions
+    return LeftOut(
         residual=residual,
         variance=variance,
         signal=fit.predicted() - fit.chain.offset,
         counts=problem.known.counts,
         load_share=problem.load_share,
     )
+
+
+def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
+    left_out = _left_out(problem, fit, fit.left_out)
     noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
     score = float(left_out_density(left_out, noise, spread).sum())
     return PadCandidate(fit, shape, left_out, noise, spread, score)

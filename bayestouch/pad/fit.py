@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +12,6 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.places import Places
 from bayestouch.data.averages import TouchMeans
-from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 from bayestouch.sampling.laplace import ENOUGH, LaplaceFit, least_squares_map
@@ -19,7 +19,7 @@ from bayestouch.sampling.laplace import ENOUGH, LaplaceFit, least_squares_map
 
 @dataclass(frozen=True, eq=False)
 class PadFit:
-    """Fitted chain of a pad, with predictions of the readings from all other blocks of touches; n touches, m elements.
+    """Fitted chain of a pad, with leave-one-out predictions of the readings; n touches, m elements.
 
     Attributes
     ----------
@@ -60,11 +60,28 @@ class PadFit:
 
     @cached_property
     def left_out(self) -> tuple[FloatArray, FloatArray]:
-        """Reading minus its prediction from all other blocks of touches (n, m), and variance of the prediction (n, m).
+        """Reading minus its prediction from all other readings (n, m), and variance of the prediction (n, m).
 
         Closed form: with the precision Q of all readings, chain (linear at its mode) and correction integrated out, the
-        residuals of a block b are ``Q_bb⁻¹ (Q r)_b`` and their covariance ``Q_bb⁻¹``. The noise of the reading itself
-        is subtracted from the variance that is returned. NaN where missing.
+        residual is ``(Q r)_i / Q_ii`` and its variance ``1/Q_ii``. The noise of the reading itself is subtracted from
+        the variance that is returned. NaN where missing.
+        """
+        residual, variance = np.full(self.residual.shape, np.nan), np.full(self.residual.shape, np.nan)
+        for e, (columns, derivative) in enumerate(self.jacobian):
+            covariance = self.misfit.covariances[e]
+            diagonal, pull = covariance.precision_diagonal, covariance.solve(derivative)
+            learned = self.laplace.covariance[np.ix_(columns, columns)]
+            q = diagonal - np.einsum("np,pq,nq->n", pull, learned, pull)
+            q = np.maximum(q, 1e-9 * diagonal)
+            here = self.misfit.present[:, e]
+            residual[here, e] = (self.weights[:, e] / q)[here]
+            variance[here, e] = np.maximum(1 / q - self.misfit.variance[:, e], 0.0)[here]
+        return residual, variance
+
+    def without_blocks(self, blocks: Sequence[IntArray]) -> tuple[FloatArray, FloatArray]:
+        """As `left_out`, with all readings of an element in a block of touches left out together.
+
+        The residuals of a block b are ``Q_bb⁻¹ (Q r)_b``, and their covariance is ``Q_bb⁻¹``.
         """
         residual, variance = np.full(self.residual.shape, np.nan), np.full(self.residual.shape, np.nan)
         present = self.misfit.present
@@ -74,9 +91,8 @@ class PadFit:
             covariance = self.misfit.covariances[e]
             pull = covariance.solve(derivative)
             learned = self.laplace.covariance[np.ix_(columns, columns)]
-            for block in blocks_left_out(len(residual)):
-                precision = covariance.precision(block) - pull[block] @ learned @ pull[block].T
-                left = np.linalg.inv(precision)
+            for block in blocks:
+                left = np.linalg.inv(covariance.precision(block) - pull[block] @ learned @ pull[block].T)
                 residual[block, e] = left @ self.weights[block, e]
                 variance[block, e] = np.maximum(np.diag(left) - covariance.noise[block], 0.0)
         return np.where(present, residual, np.nan), np.where(present, variance, np.nan)

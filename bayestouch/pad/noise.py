@@ -17,7 +17,7 @@ FLOOR_SPREAD = 0.5
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """Predictions of readings from all other blocks of touches (`bayestouch.pad.left_out`); n touches, m elements.
+    """Predictions of each reading from all others, or from all other blocks of touches; n touches, m elements.
 
     Attributes
     ----------

@@ -16,10 +16,9 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.pad.calibration import calibrate_pad
-from bayestouch.pad.candidates import add_map, fit_kernel
+from bayestouch.pad.candidates import add_map, fit_kernel, with_noise_between_blocks
 from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.known_touches import choose_samples, pad_readings
-from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.load import load_statistics
 from bayestouch.pad.misfit_fit import _evidence
 from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
@@ -125,15 +124,14 @@ def test_a_map_without_a_kernel_finds_the_noise() -> None:
     assert np.mean(found) == pytest.approx(truth, rel=0.2)
 
 
-def test_left_out_is_what_a_fit_without_the_block_predicts(known_line: tuple[SimulatedPad, PadProblem]) -> None:
+def test_left_out_is_what_a_fit_without_the_reading_predicts(known_line: tuple[SimulatedPad, PadProblem]) -> None:
     pad, problem = known_line
     model = add_map(problem, fit_kernel(problem, kernel_for("half-space", pad.sensor, problem.pitch_mm)))
     fit, priors = model.fit, problem.priors.of(model.kernel)
     residual, variance = fit.left_out
     for touch, element in ((10, 0), (20, 1), (33, 3), (52, 2)):
-        (block,) = (each for each in blocks_left_out(len(residual)) if touch in each)
         missing = fit.misfit.variance.copy()
-        missing[block, element] = np.inf
+        missing[touch, element] = np.inf
         misfit = replace(fit.misfit, variance=missing)
         without = fit_chain(fit.chain, priors, problem.known, misfit)
         predicted = without.predicted()[touch, element]
@@ -141,6 +139,38 @@ def test_left_out_is_what_a_fit_without_the_block_predicts(known_line: tuple[Sim
         # The closed form takes the chain as linear about the mode with all readings: a few hundredths of the sd.
         expected = problem.known.readings[touch, element] - predicted
         assert residual[touch, element] == pytest.approx(expected, abs=0.05 * sd)
+
+
+def test_blocks_left_out_are_what_a_fit_without_them_predicts(known_line: tuple[SimulatedPad, PadProblem]) -> None:
+    pad, problem = known_line
+    model = add_map(problem, fit_kernel(problem, kernel_for("half-space", pad.sensor, problem.pitch_mm)))
+    fit, priors = model.fit, problem.priors.of(model.kernel)
+    blocks = np.array_split(np.arange(problem.known.n_touches), 12)
+    residual, variance = fit.without_blocks(blocks)
+    for block, element in ((blocks[1], 0), (blocks[4], 1), (blocks[7], 3)):
+        missing = fit.misfit.variance.copy()
+        missing[block, element] = np.inf
+        without = fit_chain(fit.chain, priors, problem.known, replace(fit.misfit, variance=missing))
+        predicted = without.predicted()[block, element]
+        sd = np.sqrt(fit.misfit.variance[block, element] + variance[block, element])
+        # The closed form takes the chain as linear about the mode with all readings: a few hundredths of the sd.
+        expected = problem.known.readings[block, element] - predicted
+        np.testing.assert_allclose(residual[block, element] / sd, expected / sd, atol=0.1)
+
+
+def test_errors_that_neighbours_share_are_noise_of_later_touches(known_line: tuple[SimulatedPad, PadProblem]) -> None:
+    """A zero that walks is nearly the same in the touch before: left out one by one, touches hide it."""
+    pad, problem = known_line
+    rng = np.random.default_rng(4)
+    n, m = problem.known.readings.shape
+    walk = np.repeat(rng.normal(size=(-(-n // 8), m)), 8, axis=0)[:n]
+    size = 0.03 * np.abs(problem.known.readings - problem.known.readings.mean(axis=0)).max(axis=0)
+    drifting = replace(problem, known=replace(problem.known, readings=problem.known.readings + size * walk))
+    model = add_map(drifting, fit_kernel(drifting, kernel_for("half-space", pad.sensor, problem.pitch_mm)))
+    later = with_noise_between_blocks(drifting, model)
+    signal = np.zeros((1, m))
+    one, two = (each.noise.mean_sd(np.ones((1, m), dtype=int), signal)[0] for each in (model, later))
+    assert (two > one).all()
 
 
 def test_log_evidence_and_its_gradient() -> None:

@@ -1,0 +1,69 @@
+"""The study of fourteen measured pads: what it makes of the files of others, and of their results."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from study_modules import study
+
+import bayestouch
+
+
+def test_an_array_is_written_as_a_data_set(tmp_path: Path) -> None:
+    module = study("other_pads")
+    clone, folder = tmp_path / "clone", tmp_path / "array"
+    (clone / "train_data").mkdir(parents=True)
+    folder.mkdir()
+    values = np.random.default_rng(0).normal(size=(5, 10))
+    np.savetxt(clone / "train_data" / "DS10_atm_8.75_10-samples_train.csv", values, delimiter=",")
+    array = next(each for each in module.ARRAYS if each.folder != ".")
+    array.write(clone, folder)
+    found = bayestouch.load_dataset(folder)
+    np.testing.assert_allclose(found.touches.readings, values[:, 2:], atol=5e-6)
+    np.testing.assert_allclose(found.touches.y_mm, values[:, 1], atol=5e-3)
+    # The elements go down one column and up the other.
+    assert found.sensor.body.element_y_mm[3:5] == pytest.approx([26.25, 26.25])
+    assert found.sensor.body.element_x_mm[3:5] == pytest.approx([8.75, 0.0])
+
+
+def test_channels_have_their_licence_and_arrays_are_left_out_with_a_reason(capsys: pytest.CaptureFixture[str]) -> None:
+    module = study("other_pads")
+    found = dict(module.data_sets(None, (), set()))
+    assert len(found) == 8
+    assert all(each.sensor.source["licence"] == "CC BY 4.0" for each in found.values())
+    assert "arrays are left out" in capsys.readouterr().out
+    assert not dict(module.data_sets(None, (), set(found)))
+
+
+@pytest.mark.slow
+def test_a_channel_is_read_better_after_the_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    module = study("other_pads")
+    ((name, dataset),) = module.data_sets(None, ["fluid-air-2.0"], set())
+    # Every second of its 18 depths: 41 touches each, one after the other.
+    some = dataset.touches.select(np.arange(dataset.touches.n_rows) // 41 % 2 == 0)
+    found = module.result(name, replace(dataset, touches=some), kernel="gaussian")
+    before, after = (found["ways"][way] for way in ("before: kernel and map", "after"))
+    assert "load_nonlinearity" in found["effects"]
+    assert after["rms_mm"] < 0.6 * before["rms_mm"] and after["load_rms_N"] < 0.8 * before["load_rms_N"]
+    assert "fluid-air-2.0" in module.as_page([found]) and "Errors of the program:** none" in module.as_page([found])
+    capsys.readouterr()
+
+
+def test_an_error_is_a_result() -> None:
+    module = study("other_pads")
+    ((name, dataset),) = module.data_sets(None, ["fluid-air-2.0"], set())
+    none = dataset.touches.select(np.zeros(dataset.touches.n_rows, dtype=bool))
+    found = module.result(name, replace(dataset, touches=none))
+    assert "InputError" in found["error"]
+    assert "fluid-air-2.0" in module.summary([found]).splitlines()[-1]
+
+
+def test_coverage_interval_is_that_of_equal_pads() -> None:
+    """Pads of the same share have no scatter; with two shares, the interval reaches from one to the other."""
+    module = study("other_pads")
+    touches = np.array([100.0, 200.0])
+    assert module.coverage_interval(np.array([0.9, 0.9]), touches) == pytest.approx((0.9, 0.9))
+    assert module.coverage_interval(np.array([0.8, 1.0]), touches) == pytest.approx((0.8, 1.0))
