@@ -121,6 +121,6 @@ $(VENV)/.ready-docs: EXTRAS := [docs]
 $(VENV)/.ready-mutants: EXTRAS := [mutants]
 $(VENV)/.ready-%: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "setting up $(VENV) for bayestouch$(EXTRAS) (a few minutes, once)"
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt hatchling editables setuptools
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.$(EXTRAS)'
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-compile -c constraints.txt hatchling editables setuptools
+	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-compile -c constraints.txt --no-build-isolation -e '.$(EXTRAS)'
 	@touch $@

@@ -39,7 +39,7 @@ def density_of_fit(fit: FingerFit, reading_unit: str) -> LogDensity:
 def density_with_effects(fit: EffectFit, reading_unit: str) -> LogDensity:
     """Density of a finger with effects."""
     posterior, n = fit.posterior, fit.posterior.layout.n_chain
-    density = fit.density()
+    density = fit.density
     names = [
         (f"{effect.name}_{p.name}", p.logarithmic, p.unit)
         for effect in posterior.model.effects

@@ -86,7 +86,7 @@ def groups_with_effects(
     """
     if not groups:
         return {}
-    density, posterior = fit.density(), fit.posterior
+    density, posterior = fit.density, fit.posterior
     if density.tied and set(groups) - {"log_prior", "prior"}:
         raise InputError(
             "groups: drifts and corrections tie the touches together: they have log_prior and prior, no others"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.linear_chain import LinearChain, linearised_chain
 from bayestouch.finger.noise import NoiseShape, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
-from bayestouch.finger.sampling import DEAR, THIN, Budget, PosteriorMap, draw_points
+from bayestouch.finger.sampling import DEAR, NO_RIDGES, THIN, Budget, PosteriorMap, draw_points
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import seen_columns
 from bayestouch.model.fitting import Fitted
@@ -33,6 +35,9 @@ STEPS = 3
 REACHED, STEEP = 0.05, 3.0
 # A coordinate may reach a bound that is nearer than this many standard deviations.
 NEAR = 6.0
+# A map is not usable if the log density at its centre is lower than at the mode by more than this. Where the normal
+# approximation is good they differ by a few nats, and chains have found their way from some tens.
+LOST = 100.0
 # Least precision of the prior of a coordinate along a ridge.
 LEAST = 1e-3
 # On a ridge the normal approximation in the new coordinates is worse.
@@ -67,6 +72,7 @@ class EffectFit:
     shape: NoiseShape
     to_vectors: PosteriorMap
 
+    @cached_property
     def density(self) -> EffectDensity:
         """Exact log posterior, with an evaluator that is fast near the centre."""
         posterior, n = self.posterior, self.posterior.layout.n_chain
@@ -77,6 +83,34 @@ class EffectFit:
             noise = np.exp(self.vector[posterior.layout.noise]) * np.sqrt(posterior.known.shares)
             posterior = replace(posterior, columns=seen_columns(posterior.columns, noise))
         return EffectDensity(posterior, EffectPrediction.of(posterior.model, self.vector[:n], sd, spread.sd))
+
+    @property
+    def centre(self) -> FloatArray:
+        """Centre of the normal approximation in the new variables, (d,)."""
+        at = self.posterior.layout
+        centre = np.concatenate([np.zeros(at.n_chain), self.shape.centre])
+        centre[at.further] = 0.0
+        return centre
+
+    def with_usable_map(self, others: Iterable[PosteriorMap]) -> EffectFit:
+        """The same, with the first of the other maps that is usable if its own is not; the last one if none is.
+
+        A map is usable if the density at its centre is comparable with that at the mode. Curved ridges, bends and
+        parameters at their bounds together may place the centre where the density is zero; every map is exact, but from
+        there no chain finds its way.
+        """
+        density = self.density
+        least = float(density(self.vector[None])[0]) - LOST
+
+        def usable(to_vectors: PosteriorMap) -> bool:
+            return bool(density(to_vectors(self.centre[None])[0])[0] > least)
+
+        found = self.to_vectors
+        for other in others:
+            if usable(found):
+                break
+            found = other
+        return self if found is self.to_vectors else replace(self, to_vectors=found)
 
 
 def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: EffectPosterior) -> EffectFit:
@@ -118,30 +152,28 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     linear = linearised_chain(fitted, posterior, vector)
     hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
     covariance = np.asarray(np.linalg.inv(hessian), dtype=np.float64)
-    ridges = _ridges(fitted, posterior, vector, covariance)
-    start = _Start(vector, linear, prior.spread[:n])
-    if ridges.each:
-        start = _Start.along(ridges, fitted, posterior, vector)
-    start = start.with_bounds_reached(ridges, (low, high))
     sd = np.sqrt(np.diag(covariance))[: at.n_base]
     room = np.minimum(vector - low, high - vector)[: at.n_base]
-    to_vectors = PosteriorMap(
+    made = partial(
+        PosteriorMap,
         known=posterior.known,
         layout=at,
-        prior_spread=start.prior_spread,
-        vector=start.vector,
         quantiles=shape.quantiles,
-        precision=start.linear.precision,
-        gradient=start.linear.gradient,
-        constant=start.linear.constant,
-        pull=start.linear.pull,
         ends=(low, high),
         first_cut=int(np.append(np.flatnonzero(room < NEAR * sd), at.n_base)[0]),
         further_sd=further_sd,
-        bend=_bend(fitted, posterior, start, ridges, (low, high)) if at.n_values else None,
-        ridges=ridges,
     )
-    return EffectFit(posterior, vector, covariance, shape, to_vectors)
+    plain, ridges = _Start(vector, linear, prior.spread[:n]), _ridges(fitted, posterior, vector, covariance)
+    along = _Start.along(ridges, fitted, posterior, vector) if ridges.each else plain
+    along = along.with_bounds_reached(ridges, (low, high))
+    bend = _bend(fitted, posterior, along, ridges, (low, high)) if at.n_values else None
+    fit = EffectFit(posterior, vector, covariance, shape, along.map(made, ridges=ridges, bend=bend))
+    others = (
+        along.map(made, ridges=ridges),
+        plain.with_bounds_reached(NO_RIDGES, (low, high)).map(made),
+        plain.uncoupled().map(made),
+    )
+    return fit.with_usable_map(others)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,6 +212,22 @@ class _Start:
         data = np.linalg.inv(linear.hessian + np.diag(spread**-2.0))
         spread[at] = 1 / np.sqrt(np.maximum(1 - 1 / np.diag(data)[at], LEAST))
         return cls(vector, linear, spread)
+
+    def map(self, made: Callable[..., PosteriorMap], **options: Any) -> PosteriorMap:
+        """The change of variables with this centre, by a function that has the rest of its fields."""
+        return made(
+            prior_spread=self.prior_spread,
+            vector=self.vector,
+            precision=self.linear.precision,
+            gradient=self.linear.gradient,
+            constant=self.linear.constant,
+            pull=self.linear.pull,
+            **options,
+        )
+
+    def uncoupled(self) -> _Start:
+        """The same, with all coordinates independent: each is where the mode of the others wants it."""
+        return replace(self, linear=self.linear.without_coupling(np.arange(len(self.linear.pull)).tolist()))
 
     def with_bounds_reached(self, ridges: Ridges, ends: tuple[FloatArray, FloatArray]) -> _Start:
         """The same, with coordinates independent of all others if the density falls steeply from their bound.
@@ -260,19 +308,16 @@ def sample_effects(
     fit: EffectFit, draws: int, seed: int, progress: Progress | None = None, moves: Any = None
 ) -> BlockDraws:
     """Draw flat vectors (see `FlatLayout`) from the exact posterior, as `bayestouch.finger.sampling.sample_fit`."""
-    at, shape = fit.posterior.layout, fit.shape
-    n = at.n_chain
-    centre = np.concatenate([np.zeros(n), shape.centre])
+    at, density = fit.posterior.layout, fit.density
     covariance = np.eye(at.size)
-    covariance[n:, n:] = shape.covariance
-    centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
-    density = fit.density()
+    covariance[at.n_chain :, at.n_chain :] = fit.shape.covariance
+    covariance[at.further, at.further] = np.eye(at.n_further)
     columns, budget = density.posterior.columns, TIED if density.tied else DEAR
     if fit.to_vectors.ridges.each and not density.tied:
         budget = ON_RIDGES
     if columns is not None and columns.size > MANY:
         budget = DEAREST
-    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, budget)
+    return draw_points(density, fit.to_vectors, fit.centre, covariance, draws, seed, progress, moves, budget)
 
 
 def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tuple[FloatArray, FloatArray]:

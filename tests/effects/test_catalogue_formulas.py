@@ -122,6 +122,18 @@ def test_load_nonlinearity_of_a_pad(values: tuple[float, float]) -> None:
     same(acting, forms.load_nonlinearity(truth.load, 1.0, *values))
 
 
+def test_a_load_under_the_threshold_does_not_act() -> None:
+    """It is no load of the other sign: a peak would be negative, and the limits that are shares of it."""
+    truth = pad()
+    load = np.sort(np.unique(truth.load))
+    threshold = float(0.5 * (load[0] + load[-1]))
+    acting = effect("load_nonlinearity", "pad").pose(truth, (0.4, threshold)).load
+    under = truth.load < threshold
+    assert under.any() and not under.all()
+    assert (acting > 0).all() and (acting[under] <= 1e-6).all()
+    same(acting[~under], forms.load_nonlinearity(truth.load[~under], 1.0, 0.4, threshold))
+
+
 def test_a_blunt_edge_has_its_radius_and_other_tips_keep_theirs() -> None:
     found = effect("blunt_edge").pose(finger(), (0.7,)).indenter_radius_mm
     same(found, np.where(TOUCH % 2 == 0, 0.7, 5.0))

@@ -275,7 +275,7 @@ def test_functions_that_touches_share_are_integrated_out(of_one_element: int) ->
     start = one.fit.evaluation.start  # type: ignore[attr-defined]
     plain = EffectPosterior.of(fitted, start.priors, start.fitted.model.known)
     vectors = one.points(4)
-    alone = effect_fit(fitted, added, plain).density()
+    alone = effect_fit(fitted, added, plain).density
     together = replace(alone, posterior=replace(plain, columns=columns))
     means, slopes = alone._errors(vectors, alone.predict(vectors))
     left, weight = means.left, means.weight

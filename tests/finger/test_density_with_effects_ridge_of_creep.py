@@ -47,7 +47,7 @@ def test_the_map_reaches_along_the_ridge(fit: EffectFit) -> None:
     """The weights of points are nearly even, and do not follow the time constant."""
     z, squares = points(fit, 500)
     vectors, log_derivative = fit.to_vectors(z)
-    log_weight = fit.density()(vectors) + log_derivative + squares
+    log_weight = fit.density(vectors) + log_derivative + squares
     weight = np.exp(log_weight - log_weight.max())
     assert weight.sum() ** 2 / (weight**2).sum() > 0.2 * len(z)
     last = fit.posterior.layout.n_chain - 1

@@ -50,7 +50,7 @@ def test_the_map_of_a_posterior_with_a_drift_follows_the_noise(name: str) -> Non
     stated = fit_stated(made.dataset, StatedModel("finger", "layer", ((name, {}),)), draws=8, seed=0, contact="layer")
     fitted, start = stated.fitted, stated.evaluation.start
     fit = effect_fit(fitted, stated.added, EffectPosterior.of(fitted, start.priors, start.fitted.model.known))
-    at, density = fit.posterior.layout, fit.density()
+    at, density = fit.posterior.layout, fit.density
     noise = slice(at.noise.start, at.log_discrepancy.stop)
     z = np.zeros((100, at.size))
     k = noise.stop - noise.start
@@ -78,7 +78,7 @@ def test_the_map_where_the_density_falls_steeply_from_a_bound(share: float) -> N
     start = stated.evaluation.start
     posterior = EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
     fit = effect_fit(stated.fitted, stated.added, posterior)
-    at, density = fit.posterior.layout, fit.density()
+    at, density = fit.posterior.layout, fit.density
     centre, covariance = np.zeros(at.size), np.eye(at.size)
     centre[at.n_chain :], covariance[at.n_chain :, at.n_chain :] = fit.shape.centre, fit.shape.covariance
     normal = np.random.default_rng(4).standard_normal((400, at.size))
