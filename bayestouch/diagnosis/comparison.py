@@ -35,6 +35,11 @@ def density(fitted: Fitted) -> FloatArray:
     return held_out_density(fitted.linear, folds(fitted))
 
 
+def density_of_readings(fitted: Fitted) -> FloatArray:
+    """Held-out log density of the mean readings of each touch, (t,), comparable between models of different noise."""
+    return np.asarray(density(fitted)[:, 0] + fitted.whitening.log_volume)
+
+
 def held_out_each_way(fitted: Fitted, model: Linearised, by_time: FloatArray) -> Densities:
     """Log density of each touch by a model, with the blocks of `fitted`; by times it is known already, (t, 3)."""
     others = {kind: block for kind, block in blocks_of(fitted).items() if kind != "times"}
