@@ -291,7 +291,7 @@ def test_earlier_effects_that_are_needed_no_more(monkeypatch: pytest.MonkeyPatch
 
 def test_no_more_than_four_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     """The round after the fourth adds nothing, and an effect that was dropped is tried no more."""
-    monkeypatch.setattr(search, "settled", lambda fitted: fitted)
+    monkeypatch.setattr(search, "_settled", lambda fitted: fitted)
     monkeypatch.setattr(search, "_needed", lambda fitted, last: (fitted, ("gone",)))
     offered: list[list[str]] = []
 
@@ -304,6 +304,17 @@ def test_no_more_than_four_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [each.added is not None for each in rounds] == [True] * 4 + [False]
     assert offered == [["kept"]] * 4 and all(each.dropped == ("gone",) for each in rounds[:4])
     assert all(each.real == () for each in rounds[1:])
+
+
+@pytest.mark.parametrize(("own_peaks", "taken"), [(12.0, "own peaks"), (8.0, "as it was")])
+def test_own_peaks_are_taken_if_they_predict_no_worse(
+    monkeypatch: pytest.MonkeyPatch, own_peaks: float, taken: str
+) -> None:
+    densities = {"as it was": 10.0, "own peaks": own_peaks}
+    monkeypatch.setattr(search, "settled", lambda fitted: "own peaks")
+    monkeypatch.setattr(search, "density_of_readings", lambda fitted: np.full(3, densities[fitted]))
+    found: Any = search._settled("as it was")  # type: ignore[arg-type]
+    assert found == taken
 
 
 def begun(monkeypatch: pytest.MonkeyPatch, ends: dict[str, float]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,13 +53,17 @@ def test_a_channel_is_read_better_after_the_diagnosis(tmp_path: Path, capsys: py
     capsys.readouterr()
 
 
-def test_an_error_is_a_result() -> None:
+def test_an_error_is_a_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     module = study("other_pads")
     ((name, dataset),) = module.data_sets(None, ["fluid-air-2.0"], set())
     none = dataset.touches.select(np.zeros(dataset.touches.n_rows, dtype=bool))
     found = module.result(name, replace(dataset, touches=none))
     assert "InputError" in found["error"]
     assert "fluid-air-2.0" in module.summary([found]).splitlines()[-1]
+    # A pad with a result is not run again.
+    (tmp_path / "results.jsonl").write_text(json.dumps(found) + "\n", "utf-8")
+    assert module.main(tmp_path, only=[name]) == [found]
+    assert "| fluid-air-2.0 | – | – | error |" in capsys.readouterr().out
 
 
 def test_coverage_interval_is_that_of_equal_pads() -> None:

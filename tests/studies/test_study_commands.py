@@ -24,7 +24,7 @@ QUICK = tuple(
 #: `main` is run by another test of this folder, which looks at its numbers and files.
 RUN_ELSEWHERE = {
     *("before_and_after", "blind_study", "design_questions", "error_rates", "first_reports", "live_stream"),
-    *("measured_diagnosis", "pooling", "sbc_calibration", "sbc_touches", "sweet_spots_measured"),
+    *("measured_diagnosis", "other_pads", "pooling", "sbc_calibration", "sbc_touches", "sweet_spots_measured"),
     *(f"nicolson_fearing/table_{name}" for name in ("1", "2", "3", "4", "3_diagnosis", "3_modulus", "3_residual")),
     *(f"nicolson_fearing/figure_{name}" for name in ("4", "12", "13")),
     *(f"nicolson_fearing/{name}" for name in ("compare_published", "ridge", "sweet_spots", "sweet_spots_of_places")),
