@@ -69,7 +69,7 @@ def light_diagnosis(
     if baselines:
         staged(progress, _SEARCHED, 1.0, "regression without physics")
         numbers = _beside_regressions(numbers, diagnosis.traced, dataset)
-    return Diagnosed({**numbers, **said}, _of_report(diagnosis_pictures(diagnosis.traced)))
+    return Diagnosed({**numbers, **said}, _of_report(diagnosis_pictures(diagnosis.traced, _SHOWN)))
 
 
 def _beside_regressions(numbers: dict[str, Any], traced: Traced, dataset: DataSet) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from bayestouch.diagnosis.pictures.effects import effect_pictures
 from bayestouch.diagnosis.pictures.profile import profile_pictures
@@ -15,9 +16,9 @@ from bayestouch.output.pictures import Picture
 __all__ = ["diagnosis_pictures"]
 
 
-def diagnosis_pictures(traced: Traced) -> tuple[Picture, ...]:
-    """All figures that are possible with the data, the most important first."""
-    return tuple(_each(traced))
+def diagnosis_pictures(traced: Traced, most: int | None = None) -> tuple[Picture, ...]:
+    """The figures that are possible with the data, the most important first; at most so many are drawn."""
+    return tuple(islice(_each(traced), most))
 
 
 def _each(traced: Traced) -> Iterator[Picture]:
