@@ -138,8 +138,15 @@ def numbers_of(way: Worth) -> Record:
         "coverage": way.coverage,
         "load_rms_N": way.load_rms_N,
         "load_coverage": way.load_coverage,
+        "load_error_of_runs": shared_by_runs(way.load_error_N, way.run),
     }
     return {key: None if np.isnan(value) else round(value, 4) for key, value in values.items()}
+
+
+def shared_by_runs(error: np.ndarray, run: np.ndarray) -> float:
+    """Share of the mean square of errors (t,) that is the mean of a run of touches; NaN without errors."""
+    means = np.bincount(run, weights=error) / np.bincount(run)
+    return float(np.mean(means[run] ** 2) / np.mean(error**2))
 
 
 def against_best(ways: Sequence[Worth], key: str) -> Record | None:
@@ -223,6 +230,13 @@ def summary(records: Sequence[Record]) -> str:
                 f"- **90 % regions of the {what}** hold {first:.2f} of the touches before and {last:.2f} after "
                 f"(90 % interval over pads {low:.2f} to {high:.2f})."
             )
+    shared = [share for each in whole if (share := each["ways"]["after"]["load_error_of_runs"]) is not None]
+    if shared:
+        low, middle, high = (100 * value for value in np.quantile(shared, [0, 0.5, 1]))
+        lines.append(
+            f"- **Errors of the load** are common to a run of touches: {low:.0f} to {high:.0f} % of their mean square after, "
+            f"median {middle:.0f} %."
+        )
     failed = [each["name"] for each in records if "error" in each]
     lines.append(f"- **Errors of the program:** {', '.join(failed) or 'none'}.")
     return "\n".join(lines)

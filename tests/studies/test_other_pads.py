@@ -72,3 +72,12 @@ def test_coverage_interval_is_that_of_equal_pads() -> None:
     touches = np.array([100.0, 200.0])
     assert module.coverage_interval(np.array([0.9, 0.9]), touches) == pytest.approx((0.9, 0.9))
     assert module.coverage_interval(np.array([0.8, 1.0]), touches) == pytest.approx((0.8, 1.0))
+
+
+def test_errors_that_runs_share() -> None:
+    """Two runs that are wrong by their own amounts, and two whose touches are wrong in turn."""
+    module = study("other_pads")
+    run = np.array([0, 0, 1, 1])
+    assert module.shared_by_runs(np.array([2.0, 2.0, -1.0, -1.0]), run) == pytest.approx(1)
+    assert module.shared_by_runs(np.array([2.0, -2.0, -1.0, 1.0]), run) == pytest.approx(0)
+    assert module.shared_by_runs(np.array([3.0, 1.0, 0.0, 0.0]), run) == pytest.approx(0.8)
