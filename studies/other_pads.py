@@ -234,8 +234,8 @@ def summary(records: Sequence[Record]) -> str:
     if shared:
         low, middle, high = (100 * value for value in np.quantile(shared, [0, 0.5, 1]))
         lines.append(
-            f"- **Errors of the load** are common to a run of touches: {low:.0f} to {high:.0f} % of their mean square after, "
-            f"median {middle:.0f} %."
+            f"- **Errors of the load** are common to a run of touches: {low:.0f} to {high:.0f} % of their mean square "
+            f"after, median {middle:.0f} %."
         )
     failed = [each["name"] for each in records if "error" in each]
     lines.append(f"- **Errors of the program:** {', '.join(failed) or 'none'}.")
