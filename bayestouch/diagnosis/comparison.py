@@ -36,8 +36,9 @@ def density(fitted: Fitted) -> FloatArray:
 
 
 def density_of_readings(fitted: Fitted) -> FloatArray:
-    """Held-out log density of the mean readings of each touch, (t,), comparable between models of different noise."""
-    return np.asarray(density(fitted)[:, 0] + fitted.whitening.log_volume)
+    """Held-out log density of the readings of each touch, (t,), comparable between models of different noise."""
+    white = fitted.whitening
+    return np.asarray(gained(density(fitted)) + white.log_volume + white.log_volume_within(fitted.linear.touch))
 
 
 def held_out_each_way(fitted: Fitted, model: Linearised, by_time: FloatArray) -> Densities:

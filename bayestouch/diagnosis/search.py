@@ -139,12 +139,13 @@ def _greedy(
 
 
 def _settled(fitted: Fitted) -> Fitted:
-    """The model with its own peaks and noise, or the model as it is if this predicts held-out touches worse.
+    """The model with its own peaks and noise, or as it is if this predicts held-out touches clearly better.
 
     Peaks and limits in shares of them may move together for long, away from what the readings show.
     """
     found = settled(fitted)
-    return found if density_of_readings(found).sum() >= density_of_readings(fitted).sum() else fitted
+    gain, error = paired(density_of_readings(found) - density_of_readings(fitted))
+    return fitted if gain < -ERRORS * error else found
 
 
 def _part(progress: Progress | None, number: int, before: int = 0, start: str = "") -> Progress:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
@@ -56,6 +56,16 @@ class Whitening:
         """Logarithm of the determinant of the transform of each touch's mean readings, (t,), without missing ones."""
         diagonal = np.einsum("tii->ti", self.root)
         return np.asarray(np.log(np.where(diagonal > 0, diagonal, 1.0)).sum(axis=1))
+
+    def log_volume_within(self, touch: IntArray) -> FloatArray:
+        """The same of the deviations of samples from the mean of their touch, (t,).
+
+        `touch` (n,) is the touch of each sample. Of n samples, n - 1 deviations are independent.
+        """
+        logs = np.where(np.isfinite(self.sample_sd), -np.log(self.sample_sd), 0.0).sum(axis=1)
+        count = np.bincount(touch, minlength=len(self.root))
+        free = np.maximum(count - 1, 0) / np.maximum(count, 1)
+        return np.asarray(np.bincount(touch, weights=logs, minlength=len(self.root)) * free)
 
     def columns(self, raw: FloatArray) -> WhiteColumns:
         """Whitened columns from columns of mean readings (c, t, m)."""

@@ -306,13 +306,15 @@ def test_no_more_than_four_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(each.real == () for each in rounds[1:])
 
 
-@pytest.mark.parametrize(("own_peaks", "taken"), [(12.0, "own peaks"), (8.0, "as it was")])
-def test_own_peaks_are_taken_if_they_predict_no_worse(
-    monkeypatch: pytest.MonkeyPatch, own_peaks: float, taken: str
+@pytest.mark.parametrize(("change", "taken"), [(0.4, "own peaks"), (-0.1, "own peaks"), (-2.0, "as it was")])
+def test_own_peaks_are_taken_unless_they_predict_clearly_worse(
+    monkeypatch: pytest.MonkeyPatch, change: float, taken: str
 ) -> None:
-    densities = {"as it was": 10.0, "own peaks": own_peaks}
+    """The change of 100 densities scatters by one: its mean is known to a tenth."""
+    scatter = np.tile([-1.0, 1.0], 50)
+    densities = {"as it was": np.zeros(100), "own peaks": change + scatter}
     monkeypatch.setattr(search, "settled", lambda fitted: "own peaks")
-    monkeypatch.setattr(search, "density_of_readings", lambda fitted: np.full(3, densities[fitted]))
+    monkeypatch.setattr(search, "density_of_readings", lambda fitted: densities[fitted])
     found: Any = search._settled("as it was")  # type: ignore[arg-type]
     assert found == taken
 

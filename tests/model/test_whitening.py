@@ -6,6 +6,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
+from scipy import stats
 
 from bayestouch.model.noise import AddedNoise, NoiseModel
 from bayestouch.model.whitening import Whitening
@@ -64,3 +66,22 @@ def test_samples() -> None:
             (rows @ rows.T)[np.ix_(here, here)], np.linalg.inv(wanted[np.ix_(here, here)]), rtol=1e-10
         )
     assert not white.samples(np.ones((3, 3)))[1, 1].any()
+
+
+def test_density_of_deviations_changes_with_the_noise_as_that_of_independent_ones() -> None:
+    """Three samples of two elements have four independent deviations; a single sample has none."""
+    touch, elements = np.array([0, 0, 0, 1]), 2
+    rng = np.random.default_rng(0)
+    deviation = rng.normal(size=(3, elements))
+    deviation -= deviation.mean(axis=0)
+    # An orthonormal basis of the plane in which deviations from a mean lie.
+    basis = np.array([[1, -1, 0], [1, 1, -2]]) / np.sqrt([[2], [6]])
+    independent = basis @ deviation
+    found, wanted = [], []
+    for sd in (0.7, 2.0):
+        white = Whitening(np.zeros((2, elements, elements)), np.full((4, elements), sd), np.zeros((4, elements)))
+        inside = white.log_volume_within(touch)
+        assert inside[1] == 0
+        found.append(inside[0] - 0.5 * ((deviation / sd) ** 2).sum())
+        wanted.append(stats.norm(0, sd).logpdf(independent).sum())
+    assert found[1] - found[0] == pytest.approx(wanted[1] - wanted[0], rel=1e-12)
