@@ -1,4 +1,4 @@
-"""Fourteen measured pads that were not looked at while the diagnosis was written: before, after, beside regression.
+"""Measured pads that were not looked at while the diagnosis was written: before, after, beside regression.
 
 Eight channels of fluid are in `studies/data` (CC BY 4.0). The six arrays are not, because their authors state no
 licence: give the folder of a clone of Shaevitzaiden/Underwater-Tactile-Sensor. Each pad is diagnosed as `bayestouch
@@ -34,7 +34,10 @@ from bayestouch.version import __version__
 
 CHANNELS = Path(__file__).parent / "data" / "fluid-channels"
 RESULTS = DOCS / "results" / "other_pads" / "results.jsonl"
+#: The first run, before the two changes that followed it.
+FIRST = RESULTS.with_name("first_run.jsonl")
 PAGE, MARK = DOCS / "other_pads.md", "<!-- made by studies/other_pads.py -->"
+MARK_FIRST = "<!-- first run, made by studies/other_pads.py -->"
 
 
 @dataclass(frozen=True)
@@ -272,6 +275,7 @@ def main(folder: Path, clone: Path | None = None, only: Sequence[str] = (), docs
         RESULTS.parent.mkdir(parents=True, exist_ok=True)
         if path.resolve() != RESULTS.resolve():
             shutil.copyfile(path, RESULTS)
+        write_between(MARK_FIRST, as_page(kept_lines(FIRST)), PAGE)
         write_between(MARK, as_page(records), PAGE)
     return records
 

@@ -1,4 +1,4 @@
-"""The study of fourteen measured pads: what it makes of the files of others, and of their results."""
+"""The study of measured pads that nobody had looked at: what it makes of the files of others, and of their results."""
 
 from __future__ import annotations
 
