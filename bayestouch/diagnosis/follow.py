@@ -27,7 +27,6 @@ from bayestouch.model.held_out import HeldOut
 from bayestouch.model.joining import fit_without
 from bayestouch.model.split_data import SplitData
 from bayestouch.output.progress import Progress, staged
-from bayestouch.results.objects import Calibration
 
 # Fractions of the time at the end of the first fit, and of the search.
 START, SEARCHED = 0.1, 0.75
@@ -78,7 +77,7 @@ def trace(
     if remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0:
         new = corrected_fit(final)
         if new is not None:
-            corrected = evaluate(new[0], moved_to(new[0], added), new[1], explained.calibration)
+            corrected = evaluate(new[0], moved_to(new[0], added), new[1])
     after, refused = harmless(
         before,
         (lambda: corrected, lambda: explained, lambda: _at_stated(explained, added, evaluate)),
@@ -121,10 +120,9 @@ def _evaluated(
     fitted: Fitted,
     added: tuple[AddedEffect, ...],
     correction: Correction | None,
-    uncorrected: Calibration | None = None,
 ) -> EvaluatedModel:
     """Fitted model with its calibration and its errors on the held-out touches."""
-    calibration = evaluation.calibration(fitted, added, correction, uncorrected)
+    calibration = evaluation.calibration(fitted, added, correction)
     held = evaluation.held_out(fitted, correction)
     # If no effect changes a reference, the stated references give the same result.
     unmoved = at_stated_references(fitted) is fitted

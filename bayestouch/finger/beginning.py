@@ -97,13 +97,7 @@ class FingerEvaluation:
     moves: Any = None
     groups: tuple[str, ...] = ()
 
-    def calibration(
-        self,
-        fitted: Fitted,
-        added: tuple[AddedEffect, ...],
-        correction: Correction | None,
-        uncorrected: Calibration | None = None,
-    ) -> Calibration:
+    def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch".
 
         Without effects, a correction with errors of the E maps (see `errs_by_element`) becomes the discrepancy "place"

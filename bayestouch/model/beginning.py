@@ -18,18 +18,8 @@ from bayestouch.results.objects import Calibration
 class Evaluation(Protocol):
     """Results that a body computes from a fit to its training touches."""
 
-    def calibration(
-        self,
-        fitted: Fitted,
-        added: tuple[AddedEffect, ...],
-        correction: Correction | None,
-        uncorrected: Calibration | None = None,
-    ) -> Calibration:
-        """Posterior of the fit, for `bayestouch.infer`.
-
-        `uncorrected` is the calibration of the same effects without the correction. If a correction does not change the
-        parameters of the body, its draws are used again.
-        """
+    def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
+        """Posterior of the fit, for `bayestouch.infer`."""
         ...
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:

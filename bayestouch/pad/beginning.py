@@ -135,13 +135,7 @@ class PadEvaluation:
     empirical: bool | Literal["auto"] = "auto"
     notes: tuple[str, ...] = ()
 
-    def calibration(
-        self,
-        fitted: Fitted,
-        added: tuple[AddedEffect, ...],
-        correction: Correction | None,
-        uncorrected: Calibration | None = None,
-    ) -> Calibration:
+    def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of the fit, for `bayestouch.infer`; with a correction, touches are read with a finer map."""
         data, model = self.data, fitted.model
         assert isinstance(model, PadModel)
@@ -151,7 +145,6 @@ class PadEvaluation:
             fitted,
             added,
             corrected=correction is not None,
-            uncorrected=uncorrected,
             dataset=data.dataset,
             table=data.table,
             clock=Timing(data.time_s, data.held_s, data.unit),

@@ -49,7 +49,6 @@ def pad_calibration(
     added: tuple[AddedEffect, ...],
     *,
     corrected: bool = False,
-    uncorrected: Calibration | None = None,
     dataset: DataSet,
     table: Touches,
     clock: Timing,
@@ -74,9 +73,6 @@ def pad_calibration(
         Effects of the fit, in the order in which they were added.
     corrected : bool
         Whether the fit has a correction: touches are then read with a `FinerMap`.
-    uncorrected : Calibration or None
-        The calibration of the same effects without the correction: its draws are used again, because a correction does
-        not change the parameters.
     dataset : DataSet
         Data set of a pad.
     table : Touches
@@ -113,9 +109,7 @@ def pad_calibration(
     known = table.select(training).with_(notes=())
     dataset = replace(dataset, sensor=sensor, calibration=known)
     chosen = choose_pad(dataset, kernel=kernel, empirical=empirical, stated=stated, samples=samples, seed=seed)
-    if added and uncorrected is not None:
-        posterior = PadPosterior.from_calibration(uncorrected)
-    elif added:
+    if added:
         posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added, groups=groups)
     else:
         chosen, posterior = drawn(chosen, dataset, draws=draws, groups=groups, seed=seed)

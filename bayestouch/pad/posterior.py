@@ -13,11 +13,7 @@ from bayestouch.output.progress import Progress
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.requested import by_name, groups_of_pad
 from bayestouch.pad.sampling import sample_density
-from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import LOG_DENSITY
-
-#: Names of the grades of the draws.
-GRADES = ("ess_bulk", "rhat", "acceptance")
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,22 +83,18 @@ class PadPosterior:
                 if parameter.name not in named:
                     at_mode[parameter.name] = np.asarray(each.values[i])
                     named[parameter.name] = each.draws(i, rng.standard_normal(values.shape[:2]))
-        grades = float(drawn.ess_bulk.min()), float(drawn.rhat.max()), float(drawn.acceptance.min())
         return cls(
             mode=at_mode,
             draws=named,
             covariance=density.covariance * np.outer(scale, scale),
             layout=density.names,
-            grades=dict(zip(GRADES, grades, strict=True)),
+            grades={
+                "ess_bulk": float(drawn.ess_bulk.min()),
+                "rhat": float(drawn.rhat.max()),
+                "acceptance": float(drawn.acceptance.min()),
+            },
             groups={
                 "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
                 **groups_of_pad(density, drawn.draws[:, :, 0], groups, seed),
             },
         )
-
-    @classmethod
-    def from_calibration(cls, made: Calibration) -> PadPosterior:
-        """The posterior of a calibration of a pad."""
-        grades = {name: made.statistics[name] for name in GRADES}
-        groups = {name: dict(group) for name, group in made.groups.items()}
-        return cls(dict(made.mode), dict(made.posterior), made.covariance, made.layout, grades, groups)
