@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -111,3 +113,25 @@ def test_a_coordinate_at_a_steep_bound_is_independent_with_the_width_that_is_lef
     apart = moved(-3.1)
     np.testing.assert_allclose(apart[:2, :2], precision[:2, :2])
     np.testing.assert_allclose(apart[2], [0.0, 0.0, marginal], atol=1e-9)
+
+
+def test_a_map_whose_centre_has_no_density_gives_way_to_the_first_that_has() -> None:
+    design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=20.0, flat_step_deg=20.0, touch_step_deg=20.0)
+    made = bayestouch.simulate(design, effects={"crosstalk": 0.05}, seed=1)
+    stated = fit_stated(
+        made.dataset, StatedModel("finger", "layer", (("crosstalk", {}),)), draws=8, seed=0, contact="layer"
+    )
+    start = stated.evaluation.start
+    posterior = EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
+    fit = effect_fit(stated.fitted, stated.added, posterior)
+    good = fit.to_vectors
+    # An element deeper than the core, and one that is half a radian from where its readings are.
+    deep, far = good.vector.copy(), good.vector.copy()
+    deep[posterior.layout.n_elements] = 0.0
+    far[2 * posterior.layout.n_elements] += 0.5
+    none, little = replace(good, vector=deep), replace(good, vector=far)
+    assert fit.with_usable_map((none,)) is fit
+    for bad in (none, little):
+        assert replace(fit, to_vectors=bad).with_usable_map((none, good, little)).to_vectors is good
+    # None is usable: the last one, which is the simplest.
+    assert replace(fit, to_vectors=little).with_usable_map((little, none)).to_vectors is none
