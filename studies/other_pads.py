@@ -221,7 +221,7 @@ def summary(records: Sequence[Record]) -> str:
         better = sum(each["high"] < 0 for each in compared)
         lines.append(
             f"- **{what.capitalize()}**, rms after against the best regression: better on {better} of {len(compared)} "
-            f"pads, worse on {worse}, not to be told apart on the others (90 % interval over runs of touches)."
+            f"pads, worse on {worse}, not distinguishable on the others (90 % interval over runs of touches)."
         )
     for key, what in (("coverage", "location"), ("load_coverage", "load")):
         pairs = [(e["ways"]["before: kernel and map"][key], e["ways"]["after"][key], e["held_out"]) for e in whole]
