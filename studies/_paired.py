@@ -46,17 +46,19 @@ def worst_run(*errors: FloatArray, run: NDArray[np.int64]) -> int:
     return int(np.argmax(np.bincount(run, weights=np.asarray(total))))
 
 
+def after_and_best(ways: Sequence[Worth], key: str) -> tuple[Worth, Worth]:
+    """After a diagnosis, and the regression with the smallest rms of the errors `key`; `ways` are those of `worths`."""
+    after, regressions = ways[-1], ways[1:-2]
+    return after, min(regressions, key=lambda each: float(np.mean(getattr(each, key) ** 2)))
+
+
 def paired_rows(name: str, ways: Sequence[Worth]) -> list[list[str]]:
     """Location and load of one data set; `ways` are those of `_worth.worths`."""
-    after, regressions = ways[-1], ways[1:-2]
     rows = []
-    for quantity, key, rms in (
-        ("location, mm", "distance_mm", "rms_mm"),
-        ("load, N", "load_error_N", "load_rms_N"),
-    ):
-        if np.isnan(getattr(after, rms)):
+    for quantity, key in (("location, mm", "distance_mm"), ("load, N", "load_error_N")):
+        after, best = after_and_best(ways, key)
+        if np.isnan(getattr(after, key)).any():
             continue
-        best = min(regressions, key=lambda each: float(getattr(each, rms)))
         one, two = getattr(after, key), getattr(best, key)
         kept = after.run != worst_run(one, two, run=after.run)
         shown = [difference_of_rms(one[some], two[some], after.run[some]) for some in (kept | True, kept)]

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 from _page import DOCS, markdown_table, write_between
-from _paired import SAMPLES, SEED, difference_of_rms
+from _paired import SAMPLES, SEED, after_and_best, difference_of_rms
 from _result_lines import Record, appending, kept_lines
 from _worth import Worth, worths
 
@@ -34,7 +34,7 @@ from bayestouch.version import __version__
 
 CHANNELS = Path(__file__).parent / "data" / "fluid-channels"
 RESULTS = DOCS / "results" / "other_pads" / "results.jsonl"
-#: The first run, before the two changes that followed it.
+#: The first run, before the changes that followed it.
 FIRST = RESULTS.with_name("first_run.jsonl")
 PAGE, MARK = DOCS / "other_pads.md", "<!-- made by studies/other_pads.py -->"
 MARK_FIRST = "<!-- first run, made by studies/other_pads.py -->"
@@ -50,7 +50,6 @@ class Array:
     rubber: str
     pressure: str
     pitch_mm: float
-    head: bool = False
     folder: str = "."
     end: str = "_10_samples_cast-bond_trial1.csv"
 
@@ -62,7 +61,7 @@ class Array:
     def write(self, clone: Path, folder: Path) -> None:
         """Write the data set into a folder, from a clone of the repository."""
         source = clone / self.folder / f"{self.rubber}_{self.pressure}_{self.pitch_mm}{self.end}"
-        values = np.loadtxt(source, delimiter=",", skiprows=int(self.head))
+        values = np.loadtxt(source, delimiter=",")
         p, line = self.pitch_mm, [0.0, self.pitch_mm, 2 * self.pitch_mm, 3 * self.pitch_mm]
         folder.joinpath("sensor.toml").write_text(
             f'name = "{self.name}"\nbody = "pad"\n[geometry]\nelement_x_mm = {[p] * 4 + [0.0] * 4}\n'
@@ -154,10 +153,9 @@ def shared_by_runs(error: np.ndarray, run: np.ndarray) -> float:
 
 def against_best(ways: Sequence[Worth], key: str) -> Record | None:
     """Rms after minus that of the regression with the smallest rms, with the 90 % interval over runs of touches."""
-    after, regressions = ways[-1], ways[1:-2]
+    after, best = after_and_best(ways, key)
     if np.isnan(getattr(after, key)).all():
         return None
-    best = min(regressions, key=lambda each: float(np.mean(getattr(each, key) ** 2)))
     value, low, high = difference_of_rms(getattr(after, key), getattr(best, key), after.run)
     return {"regression": best.way, "difference": value, "low": low, "high": high}
 
@@ -166,7 +164,8 @@ def _commit() -> str:
     git = shutil.which("git")
     if git is None:
         return "unknown"
-    found = subprocess.run([git, "describe", "--always", "--dirty"], capture_output=True, text=True, check=False)
+    command = [git, "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
     return found.stdout.strip() or "unknown"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -105,10 +105,8 @@ class EffectFit:
         def usable(to_vectors: PosteriorMap) -> bool:
             return bool(density(to_vectors(self.centre[None])[0])[0] > least)
 
-        found = self.to_vectors
-        for other in others:
-            if usable(found):
-                break
+        found, left = self.to_vectors, iter(others)
+        while not usable(found) and (other := next(left, None)) is not None:
             found = other
         return self if found is self.to_vectors else replace(self, to_vectors=found)
 
@@ -168,12 +166,14 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     along = along.with_bounds_reached(ridges, (low, high))
     bend = _bend(fitted, posterior, along, ridges, (low, high)) if at.n_values else None
     fit = EffectFit(posterior, vector, covariance, shape, along.map(made, ridges=ridges, bend=bend))
-    others = (
-        along.map(made, ridges=ridges),
-        plain.with_bounds_reached(NO_RIDGES, (low, high)).map(made),
-        plain.uncoupled().map(made),
-    )
-    return fit.with_usable_map(others)
+
+    def simpler() -> Iterator[PosteriorMap]:
+        # Each is made only if the one before it is not usable.
+        yield along.map(made, ridges=ridges)
+        yield plain.with_bounds_reached(NO_RIDGES, (low, high)).map(made)
+        yield plain.uncoupled().map(made)
+
+    return fit.with_usable_map(simpler())
 
 
 @dataclass(frozen=True, eq=False)

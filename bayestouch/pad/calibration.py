@@ -44,7 +44,7 @@ def calibrate_pad(
 ) -> Calibration:
     """Calibrate a pad: gains, offsets, positions, kernel, empirical map and noise.
 
-    Three models are compared by the log predictive density of readings that are left out: the best kernel,
+    Three models are compared by the log predictive density of readings that are left out one by one: the best kernel,
     this kernel with an empirical map, and an empirical map about a constant. The simplest one that is not clearly worse
     is chosen. emcee draws its parameters from the exact posterior, with the map integrated out; the proposals are those
     of `bayestouch.pad.sampling`.

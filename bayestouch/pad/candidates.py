@@ -158,24 +158,21 @@ def with_noise_between_blocks(problem: PadProblem, model: PadCandidate) -> PadCa
     The model itself is chosen by single touches that are left out. If it is wrong, for example in the load, blocks are
     predicted so much worse that a search for what is missing would see noise.
     """
-    left_out = _left_out(problem, model.fit, model.fit.without_blocks(blocks_left_out(problem.known.n_touches)))
+    residual, variance = model.fit.without_blocks(blocks_left_out(problem.known.n_touches))
+    left_out = replace(model.left_out, residual=residual, variance=variance)
     noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
     return replace(model, noise=noise, load_spread=spread)
 
 
-def _left_out(problem: PadProblem, fit: PadFit, predictions: tuple[FloatArray, FloatArray]) -> LeftOut:
-    residual, variance = predictions
-    return LeftOut(
+def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
+    residual, variance = fit.left_out
+    left_out = LeftOut(
         residual=residual,
         variance=variance,
         signal=fit.predicted() - fit.chain.offset,
         counts=problem.known.counts,
         load_share=problem.load_share,
     )
-
-
-def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
-    left_out = _left_out(problem, fit, fit.left_out)
     noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
     score = float(left_out_density(left_out, noise, spread).sum())
     return PadCandidate(fit, shape, left_out, noise, spread, score)

@@ -27,7 +27,7 @@ from bayestouch.chain.pad_map import PadMap
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.inducing import InducedCovariance
 from bayestouch.pad.known_touches import loads_vary, location_spacing
-from bayestouch.pad.left_out import blocks_left_out
+from bayestouch.pad.left_out import blocks_left_out, without_block
 from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import distances, matern_5_2, matern_5_2_by_length
@@ -116,11 +116,9 @@ class FinerMap:
             covariance = InducedCovariance.of(between, blank)
             pulled = covariance.solve(fit.residual[:, e])
             for block in blocks:
-                # Given all other readings, those of a block are normal; the covariance is the inverse of the block's
-                # part of the precision.
-                left = np.linalg.inv(covariance.precision(block))
-                residual[block, e] = left @ pulled[block]
-                open_[block, e] = np.maximum(np.diag(left) - blank[block], 0.0)
+                residual[block, e], open_[block, e] = without_block(
+                    covariance.precision(block), pulled[block], blank[block]
+                )
             predicted[:, e] += covariance.columns @ covariance.weights(fit.residual[:, e])
             covariances.append(covariance)
         residual, open_ = (np.where(here, each, np.nan) for each in (residual, open_))

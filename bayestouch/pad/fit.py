@@ -12,6 +12,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.places import Places
 from bayestouch.data.averages import TouchMeans
+from bayestouch.pad.left_out import without_block
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 from bayestouch.sampling.laplace import ENOUGH, LaplaceFit, least_squares_map
@@ -79,10 +80,7 @@ class PadFit:
         return residual, variance
 
     def without_blocks(self, blocks: Sequence[IntArray]) -> tuple[FloatArray, FloatArray]:
-        """As `left_out`, with all readings of an element in a block of touches left out together.
-
-        The residuals of a block b are ``Q_bb⁻¹ (Q r)_b``, and their covariance is ``Q_bb⁻¹``.
-        """
+        """As `left_out`, with all readings of an element in a block of touches left out together (`without_block`)."""
         residual, variance = np.full(self.residual.shape, np.nan), np.full(self.residual.shape, np.nan)
         present = self.misfit.present
         for e, (columns, derivative) in enumerate(self.jacobian):
@@ -92,9 +90,10 @@ class PadFit:
             pull = covariance.solve(derivative)
             learned = self.laplace.covariance[np.ix_(columns, columns)]
             for block in blocks:
-                left = np.linalg.inv(covariance.precision(block) - pull[block] @ learned @ pull[block].T)
-                residual[block, e] = left @ self.weights[block, e]
-                variance[block, e] = np.maximum(np.diag(left) - covariance.noise[block], 0.0)
+                precision = covariance.precision(block) - pull[block] @ learned @ pull[block].T
+                residual[block, e], variance[block, e] = without_block(
+                    precision, self.weights[block, e], covariance.noise[block]
+                )
         return np.where(present, residual, np.nan), np.where(present, variance, np.nan)
 
     def predicted(self) -> FloatArray:

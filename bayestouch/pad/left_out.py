@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.array_types import IntArray
+from bayestouch.array_types import FloatArray, IntArray
 
 # Number of blocks. Touches that follow each other have similar errors, for example if a zero drifts or the rubber has
 # not recovered: a single left-out touch would be predicted better than a touch of another day is.
@@ -14,3 +14,22 @@ BLOCKS = 40
 def blocks_left_out(touches: int) -> list[IntArray]:
     """Blocks of touches that follow each other, as indices; single touches if there are few."""
     return np.array_split(np.arange(touches), min(BLOCKS, touches))
+
+
+def without_block(precision: FloatArray, weights: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Reading minus its prediction from all other blocks, and variance of the prediction, of b readings of an element.
+
+    With the precision Q of all readings and their residuals r, the residuals of a block b given all other readings are
+    ``Q_bb⁻¹ (Q r)_b``, and their covariance is ``Q_bb⁻¹``.
+
+    Parameters
+    ----------
+    precision : (b, b) array
+        Part of the block in Q.
+    weights : (b,) array
+        Part of the block in ``Q r``.
+    noise : (b,) array
+        Noise variance of the readings, which is subtracted from the variance that is returned.
+    """
+    left = np.linalg.inv(precision)
+    return left @ weights, np.maximum(np.diag(left) - noise, 0.0)

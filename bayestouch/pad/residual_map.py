@@ -8,7 +8,7 @@ is the kernel, an E map is identified with a prior that is centred on the elasti
 prior has no model of location.
 
 Source: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to
-2.26, 2.30 (marginal likelihood).
+2.26, 2.30 (marginal likelihood), 5.12 (leave-one-out).
 """
 
 from __future__ import annotations

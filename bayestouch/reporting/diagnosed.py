@@ -122,4 +122,4 @@ def _read(folder: Path, described: dict[str, str]) -> Picture:
 
 def _of_report(pictures: tuple[Picture, ...]) -> tuple[Picture, ...]:
     """Figures with names and section for the report."""
-    return tuple(replace(each, name=f"diagnosis_{each.name}", section="diagnosis") for each in pictures[:_SHOWN])
+    return tuple(replace(each, name=f"diagnosis_{each.name}", section="diagnosis") for each in pictures)
