@@ -21,8 +21,8 @@ FOLDER = STUDIES.parent / "docs" / "gallery"
 
 _ONE_EACH = """
     figure_2 figure_3 figure_4 figure_6 figure_9 figure_10 figure_12 figure_13
-    table_1 table_2 table_3 table_3_modulus table_3_residual table_3_tips table_3_diagnosis
-    table_4 noise_row table_4_noise explained sweet_spot_causes condition_numbers
+    table_1 table_2 table_3 table_3_modulus table_3_residual table_3_tips table_3_widths table_3_diagnosis
+    table_4 noise_row table_4_noise explained place_mixtures sweet_spot_causes condition_numbers
     distinguishability sweet_spots sweet_spots_of_places design_questions
     before_and_after empirical_calibration ridge pooling sbc_calibration
 """

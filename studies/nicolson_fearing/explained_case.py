@@ -9,10 +9,10 @@ from bayestouch.paper import published
 from bayestouch.reliability import Beside
 from nicolson_fearing.explained_fingers import PREDICTED, ExplainedFingers
 from nicolson_fearing.explained_fit import DRAWS, STEPS, Explanation, Inferred
-from nicolson_fearing.unknowns import PRIOR, Unknowns
+from nicolson_fearing.unknowns import OF_PLACES, PRIOR, Unknowns
 
 LENGTH_MM = published.number("tips.length").value
-FREE = tuple(PRIOR)
+FREE = tuple(name for name in PRIOR if name not in OF_PLACES)
 
 
 @dataclass(frozen=True, eq=False)

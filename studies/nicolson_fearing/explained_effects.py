@@ -27,6 +27,7 @@ from nicolson_fearing.paper_run import runs
 BEFORE = "without any (before)"
 _ROWS = [(part, calibration) for part in ("location", "noise") for calibration in CALIBRATIONS]
 _DIGITS = {"theta_c": 2, "P": 1, "R": 2}
+LOCATION_ROWS = {k: [f"table_4.{k}.location.{name}" for name in _DIGITS] for k in CALIBRATIONS}
 _OUTSIDE = "\\*"
 
 
@@ -77,12 +78,13 @@ class Numbers:
         counts = [self.count("table_1", "table_2"), self.count("table_3"), self.count("table_4")]
         return [*(f"{self.rms(contact):.2f}" for contact in ("hertz", "frictionless")), *counts, f"{alike}; {order} %"]
 
+    def row_of_table_4(self, part: str, calibration: str) -> str:
+        """θ_c, P and R of one row; marked where the printed number is outside."""
+        return ", ".join(_marked(self.rows[f"table_4.{calibration}.{part}.{n}"], d) for n, d in _DIGITS.items())
+
     def of_table_4(self) -> list[str]:
         """Cells with the numbers of Table 4, and of Figure 4; marked where the printed number is outside."""
-        cells = [
-            ", ".join(_marked(self.rows[f"table_4.{k}.{part}.{name}"], d) for name, d in _DIGITS.items())
-            for part, k in _ROWS
-        ]
+        cells = [self.row_of_table_4(part, k) for part, k in _ROWS]
         return [*cells, ", ".join(_marked(self.rows[key], d) for key, d in zip(THRESHOLDS, (1, 2), strict=True))]
 
 

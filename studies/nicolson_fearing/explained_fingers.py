@@ -19,6 +19,7 @@ from nicolson_fearing.flats_and_edges import flat_errors
 from nicolson_fearing.linear_touches import R_B
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.published_fits import TIP_SHARE
+from nicolson_fearing.surface_causes import surface_tables
 from nicolson_fearing.unknowns import PRIOR, Unknowns
 
 FloatArray = NDArray[np.float64]
@@ -33,7 +34,7 @@ _FIGURE_13 = [TIPS_MM.index(tip) for tip in figure_13.TIPS]
 
 def first_order(seed: int, unknowns: Unknowns, draw: int) -> Tables:
     """A finger whose errors go through its fits to first order."""
-    return finger(seed).tables(unknowns, draw)
+    return surface_tables(finger(seed), unknowns, draw)
 
 
 @dataclass(frozen=True, eq=False)

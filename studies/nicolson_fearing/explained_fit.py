@@ -22,9 +22,10 @@ from bayestouch.contact import composite_radius
 from bayestouch.paper.published import TABLE_3, number
 from nicolson_fearing.finger_errors import Tables
 from nicolson_fearing.linear_finger import LinearFinger
-from nicolson_fearing.linear_touches import LOAD, PER_KAPPA, R_B, best_ellipse
+from nicolson_fearing.linear_touches import R_B, read_slopes
 from nicolson_fearing.paper_finger import CALIBRATIONS
 from nicolson_fearing.published_fits import FLOOR_MM, SHRINKAGE, TIP_SHARE
+from nicolson_fearing.surface_causes import surface_tables
 from nicolson_fearing.unknowns import PRIOR, Unknowns
 
 FloatArray = NDArray[np.float64]
@@ -107,7 +108,7 @@ class Explanation:
         out = []
         for i, share in enumerate(shares, start=first):
             unknowns = replace(self.unknowns(share), tip_sd_mm=0.0)
-            out.append(numbers_of(finger(i % FINGERS).tables(unknowns, draw=i)))
+            out.append(numbers_of(surface_tables(finger(i % FINGERS), unknowns, draw=i)))
         return np.array(out)
 
     def inferred(self, *, near: Inferred | None = None, draws: int = DRAWS, steps: int = STEPS) -> Inferred:
@@ -271,18 +272,6 @@ def tip_slopes(unknowns: Unknowns) -> FloatArray:
     """Change of the read composite radius by the tip's own, (contact, tips, tips): diagonal in the tips."""
     true = np.array([float(composite_radius(row.r_c, R_B)) for row in TABLE_3])
     return np.asarray(read_slopes(unknowns, true)[:, :, None] * np.eye(len(true)))
-
-
-def read_slopes(unknowns: Unknowns, true_mm: FloatArray) -> FloatArray:
-    """Change of the composite radius that is read by Hertz, and by the squeezed contact, by the true one; (2, n)."""
-    step = 0.05
-    read = []
-    for radius in (true_mm - step, true_mm + step):
-        kappa = LOAD / 1000 * radius / unknowns.modulus_MPa
-        width, factor = best_ellipse(kappa, unknowns.poisson_ratio, unknowns.length_mm)
-        load = LOAD / 1000 * factor
-        read.append([(width + s) ** 2 / PER_KAPPA * unknowns.modulus_MPa / load for s in (0.0, unknowns.squeeze_mm)])
-    return np.asarray((np.array(read[1]) - np.array(read[0])) / (2 * step))
 
 
 def _terms(z: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ The same draws go through all fits to first order (`linear_finger`), or into rea
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +94,38 @@ class EdgeErrors:
             drift=u.drift * rng.standard_normal(n_edges),
             force=FORCE_NOISE * rng.standard_normal(n_edges),
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Added:
+    """What a cause adds to errors by chance.
+
+    Attributes
+    ----------
+    edges : (edges, m) array
+        Strains under the edges of the calibration, % of the peak.
+    tips : (tips, places, m) array
+        Strains under the tips.
+    location_deg : (edges,) array
+        True location less that of the prober.
+    curvature_per_mm : (places,) array
+        What the surface adds to 1/R of every tip.
+    """
+
+    edges: FloatArray
+    tips: FloatArray
+    location_deg: FloatArray
+    curvature_per_mm: FloatArray
+
+    @classmethod
+    def none(cls, m: int) -> Added:
+        """Nothing, for m elements."""
+        n, places = len(EDGES_DEG), len(LOCATIONS_DEG)
+        return cls(np.zeros((n, m)), np.zeros((len(TIPS_MM), places, m)), np.zeros(n), np.zeros(places))
+
+    def __add__(self, other: Added) -> Added:
+        """Of both causes."""
+        return Added(*(getattr(self, each.name) + getattr(other, each.name) for each in fields(self)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,9 @@ from nicolson_fearing.modulus import TAU_SCALE_MM
 from nicolson_fearing.paper_finger import TIPS_MM
 from nicolson_fearing.paper_physics import LINEAR
 from nicolson_fearing.published_fits import FLOOR_MM, TIP_SHARE, BiasCurves, columns
-from nicolson_fearing.simulated_fits import HERTZ, R_B, SimulatedFits, simulate_fits
-from nicolson_fearing.table_3_effects import MODULI_MPA, SQUEEZES_MM, squeezed, table_3
+from nicolson_fearing.simulated_fits import HERTZ, R_B, SimulatedFits, WidthModel, simulate_fits
+from nicolson_fearing.table_3_effects import MODULI_MPA, table_3
+from nicolson_fearing.width_laws import CONSTANT, WidthLaw
 
 FloatArray = NDArray[np.float64]
 Span = tuple[float, float, float]
@@ -44,8 +45,10 @@ class TipPosterior:
         Their posterior probability.
     log_evidence : float
         Of the 36 numbers.
-    modulus_MPa, squeeze_mm : (mean, low, high)
+    modulus_MPa : (mean, low, high)
         Posterior mean and 90 % interval.
+    of_law : tuple of (mean, low, high)
+        The same of the parameters of the width law.
     extra_sd_mm : float
         Posterior mean of τ.
     residual_mm : (2, 2, tips) array
@@ -56,7 +59,7 @@ class TipPosterior:
     weight: FloatArray
     log_evidence: float
     modulus_MPa: Span
-    squeeze_mm: Span
+    of_law: tuple[Span, ...]
     extra_sd_mm: float
     residual_mm: FloatArray
 
@@ -76,14 +79,14 @@ class FreeTips:
         Of the first, in order.
     many, base : SimulatedFits
         The tables.
-    squeezes_mm : tuple of float
-        Squeezes of the second contact model that are tried.
+    law : WidthLaw
+        Of the second contact model.
     """
 
     tips_mm: FloatArray
     many: SimulatedFits
     base: SimulatedFits
-    squeezes_mm: tuple[float, ...]
+    law: WidthLaw = CONSTANT
 
     @classmethod
     def simulated(cls, small: bool = False) -> FreeTips:
@@ -93,7 +96,7 @@ class FreeTips:
         fingers, errors = (1, 3) if small else (2, 4)
         many = simulate_fits(moduli, LINEAR, fingers=fingers, errors=errors, tips_mm=tips)
         base = simulate_fits(moduli, LINEAR, fingers=1 if small else 4, errors=8 if small else 10)
-        return cls(tips, many, base, SQUEEZES_MM[:: 4 if small else 2])
+        return cls(tips, many, base)
 
     def between(self, tip: int, count: int = CANDIDATES) -> FloatArray:
         """Composite radii (mm) between those of the neighbours, evenly spread."""
@@ -104,28 +107,30 @@ class FreeTips:
         """Posterior with these tips (by row of Table 3) free among these composite radii (mm)."""
         moduli = np.geomspace(*self.many.moduli_MPa[[0, -1]], MODULI)
         taus = (np.arange(TAUS) + 0.5) / TAUS * 3 * TAU_SCALE_MM
-        log = np.array([self._log_likelihood(s, moduli, taus, tips, choices) for s in self.squeezes_mm])
+        models, values = self.law.models(), self.law.values
+        log = np.array([self._log_likelihood(each, moduli, taus, tips, choices) for each in models])
         log_prior = -0.5 * (taus / TAU_SCALE_MM) ** 2
         log += (log_prior - np.logaddexp.reduce(log_prior))[:, None]
         top = float(log.max())
-        mass = np.exp(log - top)  # squeeze, modulus, τ, radii
-        equally = len(self.squeezes_mm) * MODULI * mass.shape[-1]
+        mass = np.exp(log - top)  # law, modulus, τ, radii
+        equally = len(models) * MODULI * mass.shape[-1]
         log_evidence = top + float(np.log(mass.sum() / equally))
         mass /= mass.sum()
         modulus = span(moduli, mass.sum(axis=(0, 2, 3)))
-        squeeze = span(np.array(self.squeezes_mm), mass.sum(axis=(1, 2, 3)))
+        of_law = tuple(span(each, mass.sum(axis=(1, 2, 3))) for each in values.T)
         weight = mass.sum(axis=(0, 1, 2)).reshape([len(each) for each in choices])
         mean = [
             float(each @ weight.sum(axis=tuple(a for a in range(weight.ndim) if a != i)))
             for i, each in enumerate(choices)
         ]
-        predicted = self._predicted(squeeze[0], np.array([modulus[0]]), tips, [np.array([m]) for m in mean])[0, :, 0]
+        at_mean = self.law.model(*(each[0] for each in of_law))
+        predicted = self._predicted(at_mean, np.array([modulus[0]]), tips, [np.array([m]) for m in mean])[0, :, 0]
         return TipPosterior(
             tuple(choices),
             weight,
             log_evidence,
             modulus,
-            squeeze,
+            of_law,
             float(taus @ mass.sum(axis=(0, 1, 3))),
             table_3() - predicted.reshape(2, 2, -1),
         )
@@ -133,19 +138,20 @@ class FreeTips:
     def wanted_mm(self, tip: int, given: TipPosterior) -> FloatArray:
         """Radius r_c (mm) of a tip that each column alone wants, (2, 2), all else as given."""
         radii = self.between(tip, 400)
-        predicted = self._predicted(given.squeeze_mm[0], np.array([given.modulus_MPa[0]]), (tip,), [radii])[0]
+        at_mean = self.law.model(*(each[0] for each in given.of_law))
+        predicted = self._predicted(at_mean, np.array([given.modulus_MPa[0]]), (tip,), [radii])[0]
         by_column = predicted.reshape(len(PAIRS), len(TIPS_MM), -1)[:, tip]
         printed = table_3().reshape(len(PAIRS), -1)[:, tip]
         found = [np.interp(value, curve, radii) for value, curve in zip(printed, by_column, strict=True)]
         return np.asarray(indenter_radius(np.array(found), R_B)).reshape(2, 2)
 
     def _predicted(
-        self, squeeze_mm: float, moduli: FloatArray, tips: Sequence[int], choices: Sequence[FloatArray]
+        self, reader: WidthModel, moduli: FloatArray, tips: Sequence[int], choices: Sequence[FloatArray]
     ) -> FloatArray:
         """Expected columns, (moduli, 36, combinations of the radii)."""
         from scipy.interpolate import CubicSpline
 
-        curves = BiasCurves.of(self.many, (HERTZ, squeezed(squeeze_mm)))
+        curves = BiasCurves.of(self.many, (HERTZ, reader))
         by_radius = CubicSpline(composite_radius(self.tips_mm, R_B), curves.means(moduli), axis=-1)
         printed = columns(by_radius(composite_radius(TIPS_MM, R_B)), (0, 1), (0, 1))
         grids = [grid.ravel() for grid in np.meshgrid(*choices, indexing="ij")] if choices else []
@@ -158,7 +164,7 @@ class FreeTips:
 
     def _log_likelihood(
         self,
-        squeeze_mm: float,
+        reader: WidthModel,
         moduli: FloatArray,
         taus: FloatArray,
         tips: Sequence[int],
@@ -166,8 +172,8 @@ class FreeTips:
     ) -> FloatArray:
         """Of the 36 numbers, (moduli, taus, combinations)."""
         data = columns(table_3(), (0, 1), (0, 1))
-        off = data[:, None] - self._predicted(squeeze_mm, moduli, tips, choices)
-        base = BiasCurves.of(self.base, (HERTZ, squeezed(squeeze_mm)))
+        off = data[:, None] - self._predicted(reader, moduli, tips, choices)
+        base = BiasCurves.of(self.base, (HERTZ, reader))
         covariance = base.covariance(moduli, (0, 1), (0, 1)) + FLOOR_MM**2 * np.eye(len(data))
         tip = np.tile(np.arange(len(TIPS_MM)), len(PAIRS))
         shared = TIP_SHARE * (tip[:, None] == tip) + (1 - TIP_SHARE) * np.eye(len(data))

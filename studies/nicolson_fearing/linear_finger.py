@@ -23,6 +23,7 @@ from nicolson_fearing.finger_errors import (
     EDGES_DEG,
     OF_TABLE_3,
     OF_TABLE_4,
+    Added,
     Curves,
     EdgeErrors,
     Tables,
@@ -30,7 +31,16 @@ from nicolson_fearing.finger_errors import (
     table_4_rows,
     true_radii,
 )
-from nicolson_fearing.linear_touches import LOAD, MODES, R_B, TouchFits, best_ellipse, element_weights, felt
+from nicolson_fearing.linear_touches import (
+    LOAD,
+    MODES,
+    R_B,
+    TouchFits,
+    best_ellipse,
+    element_weights,
+    felt,
+    read_by_curvature,
+)
 from nicolson_fearing.noise_causes import noise_levels
 from nicolson_fearing.paper_finger import DESIGN, POISSON_RATIO
 from nicolson_fearing.paper_run import DEPTH_SPREAD_MM, TIPS_MM
@@ -113,8 +123,8 @@ class LinearFinger:
         return np.asarray(-100 * np.pi / 180 * (self.turns[1] * self.weights * MODES).sum(axis=-1))
 
     @cached_property
-    def _edges(self) -> FloatArray:
-        """Strains of the edges, % of the peak; (edges, m)."""
+    def by_load(self) -> FloatArray:
+        """Strains of the edges, % of the peak, which is how they change by the load; (edges, m)."""
         return np.asarray(100 * (self.turns[0] * self.weights).sum(axis=-1))
 
     @cached_property
@@ -142,11 +152,13 @@ class LinearFinger:
         depth = (element_weights(self.sensing_radius_mm + step, POISSON_RATIO) - w) / step
         return [(0, sigma), (0, depth), (1, w * MODES), (0, w)]
 
-    def tables(self, u: Unknowns, draw: int = 0) -> Tables:
-        """Calibrate, touch and read under these unknowns; each draw has its own errors and noise."""
+    def tables(self, u: Unknowns, draw: int = 0, added: Added | None = None) -> Tables:
+        """Calibrate, touch and read under these unknowns; each draw has its own errors and noise, and what is added."""
         edges, radii, touches = self.drawn(u, draw)
-        found, reach = self.calibrated(edges), self.reach(u, radii)
-        return self._read(u, reach, found, self.missed(found, reach), touches)
+        more = added or Added.none(len(self.levels))
+        found, reach = self.calibrated(edges, more), self.reach(u, radii)
+        by_curvature = read_by_curvature(u, radii, more.curvature_per_mm)
+        return self._read(u, reach, found, self.missed(found, reach) + more.tips, touches, by_curvature)
 
     def drawn(self, u: Unknowns, draw: int = 0) -> tuple[EdgeErrors, FloatArray, TouchErrors]:
         """Errors of the edges, composite radii of the tips (mm), and errors of the touches."""
@@ -155,17 +167,17 @@ class LinearFinger:
         radii = true_radii(u, rng)
         return edges, radii, TouchErrors.of(u, self.levels, rng)
 
-    def calibrated(self, wrong: EdgeErrors, added: FloatArray | float = 0.0) -> Calibrated:
-        """Fit the edges; strains (edges, m) of other causes may be added to theirs, % of the peak."""
+    def calibrated(self, wrong: EdgeErrors, added: Added) -> Calibrated:
+        """Fit the edges, with what other causes add."""
         cos, sin = self.turns
         seen = (cos * wrong.curves[0]).sum(axis=-1) + (sin * wrong.curves[1]).sum(axis=-1) + wrong.place
         factor = (wrong.drift - wrong.force)[:, None] / 100
-        measured = seen + wrong.noise + factor * self._edges + wrong.prober[:, None] * self.by_degree + added
+        measured = seen + wrong.noise + factor * self.by_load + wrong.prober[:, None] * self.by_degree + added.edges
         errors_1, absorbed_1 = self._table_1(measured)
         residual, absorbed_2 = self._table_2(measured)
         errors_2 = np.sqrt((residual**2).mean(axis=0))
-        absorbed = (absorbed_1, absorbed_2)
-        return Calibrated((errors_1, errors_2), wrong.curves, absorbed, residual, wrong.place[AT], wrong.prober[AT])
+        absorbed, prober = (absorbed_1, absorbed_2), wrong.prober + added.location_deg
+        return Calibrated((errors_1, errors_2), wrong.curves, absorbed, residual, wrong.place[AT], prober[AT])
 
     def missed(self, found: Calibrated, reach: TouchFits) -> FloatArray:
         """Errors of the strains that readers with both calibrations do not expect, (2, tips, places, m)."""
@@ -209,23 +221,31 @@ class LinearFinger:
         absorbed[1][:, : n_c + 1] = (odd * np.cos(turn) - even * np.sin(turn)).T
         return measured - fitted, absorbed
 
-    def _read(self, u: Unknowns, reach: TouchFits, found: Calibrated, missed: FloatArray, wrong: TouchErrors) -> Tables:
+    def _read(
+        self,
+        u: Unknowns,
+        reach: TouchFits,
+        found: Calibrated,
+        missed: FloatArray,
+        wrong: TouchErrors,
+        by_curvature: FloatArray,
+    ) -> Tables:
         averaged = reach.fit(missed + wrong.mean_noise, wrong.mean_jitter + wrong.drift)
         table_3 = []
-        for squeeze in (0.0, u.squeeze_mm):
-            radius = np.minimum(averaged.radius_mm(u.modulus_MPa, squeeze), BLUNTEST * R_B)[:, OF_TABLE_3]
+        for squeeze, more in zip((0.0, u.squeeze_mm), by_curvature, strict=True):
+            radius = np.clip(averaged.radius_mm(u.modulus_MPa, squeeze) + more, 0.0, BLUNTEST * R_B)[:, OF_TABLE_3]
             table_3.append(composite_radius(indenter_radius(radius, R_B).mean(axis=-1), R_B))
         some = reach.only(OF_TABLE_4)
         drift = wrong.drift[OF_TABLE_4, :, None]
         single = some.fit(missed[:, OF_TABLE_4, :, None] + wrong.noise, wrong.jitter + drift)
         true = composite_radius(np.array(TIPS_MM), R_B)
-        errors = averaged.radius_mm(u.modulus_MPa, u.squeeze_mm) - true[:, None]
+        errors = averaged.radius_mm(u.modulus_MPa, u.squeeze_mm) - true[:, None] + by_curvature[1]
         angle = averaged.angle_error_deg + found.prober
         mean = [each[:, OF_TABLE_4] for each in (angle, averaged.load_error, errors)]
         one = [
             single.angle_error_deg + found.prober[:, None],
             single.load_error,
-            single.radius_mm(u.modulus_MPa, u.squeeze_mm) - true[OF_TABLE_4, None, None],
+            single.radius_mm(u.modulus_MPa, u.squeeze_mm) - (true[:, None] - by_curvature[1])[OF_TABLE_4, :, None],
         ]
         return Tables(*found.errors, np.array(table_3), table_4_rows(mean, one), errors)
 

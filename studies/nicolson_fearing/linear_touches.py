@@ -17,7 +17,7 @@ from bayestouch.contact.hertz import elliptic_spectrum
 from bayestouch.paper.published import number
 from nicolson_fearing.paper_finger import DESIGN, POISSON_RATIO
 from nicolson_fearing.paper_physics import Physics, contact_of
-from nicolson_fearing.unknowns import POISSON_RATIOS
+from nicolson_fearing.unknowns import POISSON_RATIOS, Unknowns
 
 FloatArray = NDArray[np.float64]
 
@@ -26,6 +26,7 @@ R_A, R_B = DESIGN.core_radius_mm, DESIGN.outer_radius_mm
 LOAD = number("touches.load").value
 PER_KAPPA = 2 * (1 - POISSON_RATIO) / np.pi
 """Square of Hertz's half-width over κ."""
+SLOPE_FROM_MM = 0.1  # a sharper tip has no slope on both sides; its R² is nothing beside
 LARGEST_KAPPA, KAPPAS = 80.0, 60  # mm²: a flat at 0.032 MPa
 
 
@@ -160,3 +161,24 @@ def best_ellipse(
     upper = place - low
     width, load = (1 - upper) * np.array(out[0]) + upper * np.array(out[1])
     return width, load
+
+
+def read_slopes(unknowns: Unknowns, true_mm: FloatArray) -> FloatArray:
+    """Change of the composite radius that is read by Hertz, and by the squeezed contact, by the true one; (2, n)."""
+    step = 0.05
+    read = []
+    for radius in (true_mm - step, true_mm + step):
+        kappa = LOAD / 1000 * radius / unknowns.modulus_MPa
+        width, factor = best_ellipse(kappa, unknowns.poisson_ratio, unknowns.length_mm)
+        load = LOAD / 1000 * factor
+        read.append([(width + s) ** 2 / PER_KAPPA * unknowns.modulus_MPa / load for s in (0.0, unknowns.squeeze_mm)])
+    return np.asarray((np.array(read[1]) - np.array(read[0])) / (2 * step))
+
+
+def read_by_curvature(unknowns: Unknowns, true_mm: FloatArray, per_mm: FloatArray) -> FloatArray:
+    """Errors of the R that both contact models read if the surface adds to 1/R at places; (2, tips, places), mm.
+
+    To first order: R changes by ``-R²`` times the curvature, and what is read with it.
+    """
+    slopes = read_slopes(unknowns, np.maximum(true_mm, SLOPE_FROM_MM))
+    return np.asarray(-(slopes * true_mm**2)[..., None] * per_mm)

@@ -9,17 +9,18 @@ an edge.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.contact.hertz import elliptic_spectrum
-from nicolson_fearing.finger_errors import AT, EDGES_DEG
+from nicolson_fearing.finger_errors import AT, EDGES_DEG, Added
 from nicolson_fearing.linear_finger import LinearFinger
 from nicolson_fearing.linear_touches import LOAD, MODES, R_A, R_B, best_ellipse, felt
-from nicolson_fearing.paper_finger import LOCATIONS_DEG, POISSON_RATIO
+from nicolson_fearing.paper_finger import POISSON_RATIO
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.unknowns import Unknowns
 
@@ -33,30 +34,7 @@ LENGTH_MM, BESIDE_MM = 2.0, 1.0
 """Half the length of the elements along the axis, and the distance of their middle from that of the tips."""
 _GAUSS, _SHARES = np.array([-0.775, 0.0, 0.775]), np.array([5, 8, 5]) / 18  # points and weights of a mean over a length
 _STEP_MM = 0.02
-
-
-@dataclass(frozen=True, eq=False)
-class Added:
-    """What a cause adds.
-
-    Attributes
-    ----------
-    edges : (edges, m) array
-        Strains under the edges of the calibration, % of the peak.
-    tips : (tips, places, m) array
-        Strains under the tips.
-    location_deg : (edges,) array
-        True location less that of the prober.
-    """
-
-    edges: FloatArray
-    tips: FloatArray
-    location_deg: FloatArray
-
-    def __add__(self, other: Added) -> Added:
-        """Of both causes."""
-        location = self.location_deg + other.location_deg
-        return Added(self.edges + other.edges, self.tips + other.tips, location)
+FINGERS = 24  # whose derivatives are remembered
 
 
 Cause = Callable[[LinearFinger, Unknowns, FloatArray, np.random.Generator], Added]
@@ -64,8 +42,7 @@ Cause = Callable[[LinearFinger, Unknowns, FloatArray, np.random.Generator], Adde
 
 def nothing(finger: LinearFinger) -> Added:
     """No cause."""
-    n, m = len(EDGES_DEG), len(finger.levels)
-    return Added(np.zeros((n, m)), np.zeros((len(TIPS_MM), len(LOCATIONS_DEG), m)), np.zeros(n))
+    return Added.none(len(finger.levels))
 
 
 def pressures(u: Unknowns, radii_mm: FloatArray, load: FloatArray | float = 1.0, core_mm: float = R_A) -> FloatArray:
@@ -85,21 +62,31 @@ def responses(sensing_radius_mm: FloatArray, core_radius_mm: float, nominal_mm: 
     return np.asarray(strain(sensing_radius_mm, core_radius_mm) / strain(nominal_mm, R_A).sum(axis=1, keepdims=True))
 
 
-def core_off_centre(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator) -> Added:
+def core_off_centre(off_centre_mm: float) -> Cause:
     """The core is off centre: under each touch the layer is as thick as it is there, and elements go with the core."""
-    phase = rng.uniform(-90, 90)
-    place, element = (OFF_CENTRE_MM * np.cos(np.radians(a - phase)) for a in (EDGES_DEG, finger.angle_deg))
+
+    def cause(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator) -> Added:
+        phase = rng.uniform(-90, 90)
+        place, element = (off_centre_mm * np.cos(np.radians(a - phase)) for a in (EDGES_DEG, finger.angle_deg))
+        by_core, by_depth = slopes_of_layer(finger)
+        off = 100 * (place[:, None, None] * by_core + element[:, None] * by_depth)
+        cos, _ = finger.turns
+        # the width of a contact is interpolated: a step as large as a likely amount is the smoothest
+        wider, narrower = (pressures(u, radii_mm, core_mm=R_A + s * OFF_CENTRE_MM) for s in (1, -1))
+        by_thickness = (wider - narrower) / (2 * OFF_CENTRE_MM)
+        tips = felt(cos[AT] * off[AT], pressures(u, radii_mm))
+        tips += felt(100 * cos[AT] * finger.weights, by_thickness) * place[AT][:, None]
+        return replace(nothing(finger), edges=(cos * off).sum(axis=-1), tips=tips)
+
+    return cause
+
+
+@lru_cache(maxsize=FINGERS)
+def slopes_of_layer(finger: LinearFinger) -> tuple[FloatArray, FloatArray]:
+    """Changes of the elements' responses (m, modes) by a mm of the core's radius, and of the elements' own."""
     at, step = finger.sensing_radius_mm, _STEP_MM
     by_core = (responses(at, R_A + step, at) - responses(at, R_A - step, at)) / (2 * step)
-    by_depth = (responses(at + step, R_A, at) - responses(at - step, R_A, at)) / (2 * step)
-    off = 100 * (place[:, None, None] * by_core + element[:, None] * by_depth)
-    cos, _ = finger.turns
-    # the width of a contact is interpolated: a step as large as the amount is the smoothest
-    wider, narrower = (pressures(u, radii_mm, core_mm=R_A + s * OFF_CENTRE_MM) for s in (1, -1))
-    by_thickness = (wider - narrower) / (2 * OFF_CENTRE_MM)
-    tips = felt(cos[AT] * off[AT], pressures(u, radii_mm))
-    tips += felt(100 * cos[AT] * finger.weights, by_thickness) * place[AT][:, None]
-    return Added((cos * off).sum(axis=-1), tips, np.zeros(len(EDGES_DEG)))
+    return by_core, (responses(at + step, R_A, at) - responses(at - step, R_A, at)) / (2 * step)
 
 
 def prober_off_centre(rms_deg: float) -> Cause:
@@ -108,7 +95,7 @@ def prober_off_centre(rms_deg: float) -> Cause:
     def cause(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator) -> Added:
         location = np.sqrt(2) * rms_deg * np.sin(np.radians(EDGES_DEG - rng.uniform(-180, 180)))
         # where a tip really is does not change what its fit finds: it counts as an error of location
-        return Added(location[:, None] * finger.by_degree, nothing(finger).tips, location)
+        return replace(nothing(finger), edges=location[:, None] * finger.by_degree, location_deg=location)
 
     return cause
 
@@ -119,7 +106,7 @@ def tilted_tips(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np
     cos, _ = finger.turns
     more = pressures(u, radii_mm, load) - pressures(u, radii_mm)
     edges = 100 * (load[0] - 1) * (cos * finger.weights).sum(axis=-1)
-    return Added(edges, felt(100 * cos[AT] * finger.weights, more), np.zeros(len(EDGES_DEG)))
+    return replace(nothing(finger), edges=edges, tips=felt(100 * cos[AT] * finger.weights, more))
 
 
 def turned_tips(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator) -> Added:
@@ -131,4 +118,4 @@ def turned_tips(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np
     spectrum = pressures(u, radii_mm)
     tips = felt(cos[AT], (even - 1) * spectrum) - felt(sin[AT], odd * spectrum)
     edges = (cos * (even[0] - 1) - sin * odd[0]).sum(axis=-1)
-    return Added(edges, tips, np.zeros(len(EDGES_DEG)))
+    return replace(nothing(finger), edges=edges, tips=tips)

@@ -28,10 +28,9 @@ from bayestouch.reliability import shared_by_indenters
 from nicolson_fearing import figure_13
 from nicolson_fearing.explained_case import posterior_mean
 from nicolson_fearing.explained_fit import finger as finger_of
-from nicolson_fearing.explained_fit import read_slopes
 from nicolson_fearing.finger_errors import AT, OF_TABLE_3, SAMPLES, EdgeErrors, true_radii
 from nicolson_fearing.linear_finger import Calibrated, LinearFinger
-from nicolson_fearing.linear_touches import LOAD, R_B, Estimates, TouchFits
+from nicolson_fearing.linear_touches import LOAD, R_B, Estimates, TouchFits, read_by_curvature
 from nicolson_fearing.made_by_hand_causes import (
     OFF_CENTRE_MM,
     TILT_LOAD,
@@ -45,6 +44,8 @@ from nicolson_fearing.made_by_hand_causes import (
 )
 from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, LOCATIONS_DEG
 from nicolson_fearing.paper_run import TIPS_MM
+from nicolson_fearing.residual_parts import ResidualParts
+from nicolson_fearing.surface_causes import curved, load_by_place, pushed_along
 from nicolson_fearing.unknowns import Unknowns
 
 FloatArray = np.ndarray
@@ -52,7 +53,7 @@ FloatArray = np.ndarray
 PAGE = DOCS / "1995.md"
 SCRIPT = "nicolson_fearing/sweet_spot_causes.py"
 FINGERS = 12
-CURVATURE_PER_MM, CURVATURE_LENGTH_DEG = 0.0084, 10.0
+CURVATURE_PER_MM = 0.0084
 """Of the surface, as in `studies/surface_profile.py`; the tables of 1995 say nothing of its size."""
 NO_ERRORS = {"map_error": 0.0, "place_error": 0.0, "tail": 0.0, "prober_deg": 0.0, "drift": 0.0, "tip_sd_mm": 0.0}
 INFERRED = {
@@ -63,15 +64,16 @@ INFERRED = {
     "drift from touch to touch": ("drift",),
 }
 CURVED = "curvature of the surface"
+LOAD_PERCENT, PUSH_PERCENT = 2.0, 5.0
+BY_LOAD, BY_PUSH = f"load by place, {LOAD_PERCENT:g} %", f"push along the surface, {PUSH_PERCENT:g} %"
 TOGETHER, ALL = "inferred ones and curvature", "all of these"
 
 
 @dataclass(frozen=True)
-class Case:
-    """Causes that act together: names of unknowns, whether the surface has a curvature, and what was made by hand."""
+class Alone:
+    """Causes that act together: names of unknowns that are as inferred, and what was made by hand."""
 
     free: tuple[str, ...] = ()
-    curved: bool = False
     made: tuple[Cause, ...] = ()
 
 
@@ -109,40 +111,36 @@ class Seen:
     of_elements: FloatArray
 
 
-def cases(u: Unknowns) -> dict[str, Case]:
+def cases(u: Unknowns) -> dict[str, Alone]:
     """All rows of the table; the sine of a prober off centre has the rms of its errors by place."""
     names = tuple(name for names in INFERRED.values() for name in names)
-    made: dict[str, tuple[Cause, ...]] = {
-        CORE: (core_off_centre,),
-        "axis of the prober off centre": (prober_off_centre(u.prober_deg),),
-        f"tips tilted along the finger, {TILT_LOAD:g} N/m": (tilted_tips,),
-        f"tips turned by {np.degrees(TURN):.0f}°": (turned_tips,),
+    made: dict[str, Cause] = {
+        BY_LOAD: load_by_place(LOAD_PERCENT),
+        BY_PUSH: pushed_along(PUSH_PERCENT),
+        CORE: core_off_centre(OFF_CENTRE_MM),
+        "axis of the prober off centre": prober_off_centre(u.prober_deg),
+        f"tips tilted along the finger, {TILT_LOAD:g} N/m": tilted_tips,
+        f"tips turned by {np.degrees(TURN):.0f}°": turned_tips,
     }
+    surface = curved(CURVATURE_PER_MM)
     return {
-        **{cause: Case(free) for cause, free in INFERRED.items()},
-        CURVED: Case(curved=True),
-        **{cause: Case(made=each) for cause, each in made.items()},
-        TOGETHER: Case(names, curved=True),
-        ALL: Case(names, True, tuple(each[0] for each in made.values())),
-        "none: noise alone": Case(),
+        **{cause: Alone(free) for cause, free in INFERRED.items()},
+        CURVED: Alone(made=(surface,)),
+        **{cause: Alone(made=(each,)) for cause, each in made.items()},
+        TOGETHER: Alone(names, (surface,)),
+        ALL: Alone(names, (surface, *made.values())),
+        "none: noise alone": Alone(),
     }
 
 
-def curvature(rng: np.random.Generator) -> FloatArray:
-    """Departure f of the surface's curvature at each place, 1/mm: smooth and random."""
-    off = LOCATIONS_DEG[:, None] - LOCATIONS_DEG
-    covariance = np.exp(-0.5 * (off / CURVATURE_LENGTH_DEG) ** 2) + 1e-9 * np.eye(len(off))
-    return np.asarray(CURVATURE_PER_MM * np.linalg.cholesky(covariance) @ rng.standard_normal(len(off)))
-
-
-def touched(u: Unknowns, seed: int, *, curved: bool = False, made: tuple[Cause, ...] = ()) -> Seen:
+def touched(u: Unknowns, seed: int, made: tuple[Cause, ...] = ()) -> Seen:
     """Calibrate, predict, touch."""
     finger, rng = finger_of(seed), np.random.default_rng([seed, 21])
     wrong = EdgeErrors.of(u, finger.levels, rng)
     radii = true_radii(u, rng)
     by_hand = np.random.default_rng([seed, 22])
     added = sum((cause(finger, u, radii, by_hand) for cause in made), nothing(finger))
-    found = finger.calibrated(wrong, added.edges)
+    found = finger.calibrated(wrong, added)
     reach = finger.reach(u, radii)
     quiet = finger.levels / np.sqrt(SAMPLES)
     shape = (len(TIPS_MM), len(LOCATIONS_DEG))
@@ -154,30 +152,23 @@ def touched(u: Unknowns, seed: int, *, curved: bool = False, made: tuple[Cause, 
     def radius(estimates: Estimates) -> FloatArray:
         return estimates.radius_mm(u.modulus_MPa, u.squeeze_mm)
 
+    true = composite_radius(np.array(TIPS_MM), R_B)
     base = radius(silent)
-    f = curvature(rng) if curved else np.zeros(shape[1])
-    curved_mm = by_curvature(u, f)
+    curved_mm = read_by_curvature(u, true, added.curvature_per_mm)[1]
     seen, bias = (radius(each) - base + curved_mm for each in (averaged, reach.fit(missed, np.zeros(shape))))
     expected = reach.fit(foretold(finger, found, reach), np.zeros(shape))
     by_edges = radius(expected) - base
     # what flats read beside what the edges foretell is taken for curvature
     at = np.arange(0, shape[1], int(DESIGN.flat_step_deg))
-    per_f = by_curvature(u, np.ones(shape[1]))
+    per_f = read_by_curvature(u, true, np.ones(shape[1]))[1]
     flats = reach.fit(missed + quiet * rng.standard_normal((*shape, len(quiet))), 0 * drift)
     left = (radius(flats) - base + curved_mm - by_edges)[:, _FLAT, at] / per_f[_FLAT, at]
     share = np.clip(1 - _noise_of_flats(reach, quiet, u) / per_f[_FLAT, 0] ** 2 / (left**2).mean(axis=1), 0.0, 1.0)
     guess = np.array([np.interp(LOCATIONS_DEG, LOCATIONS_DEG[at], s * x) for s, x in zip(share, left, strict=True)])
     by_flats = by_edges + per_f * guess[:, None]
-    angle = averaged.angle_error_deg + found.prober + added.location_deg[AT]
+    angle = averaged.angle_error_deg + found.prober
     sizes = np.array([each.mean() for each in found.errors])
     return Seen(angle, averaged.load_error, seen, bias, by_edges, by_flats, sizes)
-
-
-def by_curvature(u: Unknowns, f: FloatArray) -> FloatArray:
-    """Errors of R by a departure f of the curvature, (tips, places): as R changes, so does what is read."""
-    true = composite_radius(np.array(TIPS_MM), R_B)
-    slope = np.array([read_slopes(u, np.array([max(r, 0.1)]))[1, 0] for r in true])
-    return np.asarray(-(slope * true**2)[:, None] * f)
 
 
 def _noise_of_flats(reach: TouchFits, quiet: FloatArray, u: Unknowns) -> float:
@@ -188,14 +179,16 @@ def _noise_of_flats(reach: TouchFits, quiet: FloatArray, u: Unknowns) -> float:
 
 
 def foretold(finger: LinearFinger, found: Calibrated, reach: TouchFits) -> FloatArray:
-    """Errors of strains that the edges foretell, (2, tips, places, m): the identified map, and residuals at a place."""
-    residual = found.residual
-    noise = finger.levels**2 / SAMPLES
-    share = np.clip(1 - noise / (residual**2).mean(axis=0), 0.0, 1.0)
+    """Errors of strains that the edges foretell, (2, tips, places, m): the identified map, and errors of the places.
+
+    Of what the edges leave over, errors of location and a factor of the touch are taken off (`residual_parts`).
+    """
+    patterns = np.stack([finger.by_degree, finger.by_load], axis=-1)
+    parts = ResidualParts.of(found.residual, patterns, finger.levels**2 / SAMPLES)
     better = found.absorbed[1]
     return np.array(
         [
-            finger.felt([b - a for a, b in zip(absorbed, better, strict=True)], reach) + share * residual[AT]
+            finger.felt([b - a for a, b in zip(absorbed, better, strict=True)], reach) + parts.places[AT]
             for absorbed in found.absorbed
         ]
     )
@@ -279,7 +272,7 @@ def main(small: bool = False, folder: Path | None = None) -> dict[str, list[Seen
     for cause, case in cases(everything).items():
         u = replace(everything, **{name: value for name, value in NO_ERRORS.items() if name not in case.free})
         seeds = range(3 if small else FINGERS)
-        found[cause] = [touched(u, seed, curved=case.curved, made=case.made) for seed in seeds]
+        found[cause] = [touched(u, seed, case.made) for seed in seeds]
     print(for_the_page(found))
     if folder is not None:
         picture(folder, found)

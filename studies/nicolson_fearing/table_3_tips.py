@@ -88,7 +88,7 @@ def rows_of_cases(found: Findings) -> list[list[str]]:
                 f"{each.log_evidence - found.as_printed.log_evidence:+.1f}",
                 *(f"{rms_of(each.residual_mm[i]):.2f}" for i in range(len(CONTACTS))),
                 f"{each.modulus_MPa[0]:.3f} ({each.modulus_MPa[1]:.3f}–{each.modulus_MPa[2]:.3f})",
-                f"{each.squeeze_mm[0]:.2f} ({each.squeeze_mm[1]:.2f}–{each.squeeze_mm[2]:.2f})",
+                "{:.2f} ({:.2f}–{:.2f})".format(*each.of_law[0]),
                 f"{each.extra_sd_mm:.2f}",
             ]
         )

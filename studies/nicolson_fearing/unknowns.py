@@ -55,6 +55,16 @@ class Unknowns:
         A factor of all readings that changes from touch to touch, %.
     jitter : float
         A factor of all readings that changes from sample to sample, %.
+    load_by_place, push : float
+        Standard deviations by place: of the load that reaches the rubber, and of a push along the surface; % of the
+        load, the same for all tips.
+    curvature_per_mm : float
+        Root mean square of what the surface adds to 1/R, smooth over 10°.
+    core_mm : float
+        Distance of the core's axis from that of the surface.
+    fine_map, touch_error : float
+        Errors of every element, % of the peak: of an E map that changes from place to place, over which a contact takes
+        the mean, and of each touch, whatever its place.
     length_mm : float
         Length of the tips; inf is plane strain.
     """
@@ -73,6 +83,12 @@ class Unknowns:
     prober_deg: float = 0.0
     drift: float = 0.0
     jitter: float = 0.0
+    load_by_place: float = 0.0
+    push: float = 0.0
+    curvature_per_mm: float = 0.0
+    core_mm: float = 0.0
+    fine_map: float = 0.0
+    touch_error: float = 0.0
     length_mm: float = np.inf
 
     def element_scales(self, drawn: FloatArray) -> FloatArray:
@@ -96,4 +112,13 @@ PRIOR = {
     "prober_deg": (0.0, 0.3),
     "drift": (0.0, 5.0),
     "jitter": (0.0, 5.0),
+    "load_by_place": (0.0, 5.0),
+    "push": (0.0, 20.0),
+    "curvature_per_mm": (0.0, 0.02),
+    "core_mm": (0.0, 1.0),
+    "fine_map": (0.0, 4.0),
+    "touch_error": (0.0, 2.2),
 }
+OF_SURFACE = ("load_by_place", "push", "curvature_per_mm", "core_mm")
+OF_PLACES = (*OF_SURFACE, "fine_map", "touch_error")
+"""What may take the part of errors that every element has of its own at a place (`place_error`): `place_mixtures`."""

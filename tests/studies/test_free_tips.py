@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -10,8 +11,11 @@ import study_modules  # noqa: F401  # it makes nicolson_fearing known
 from nicolson_fearing import free_tips
 from nicolson_fearing.free_tips import FreeTips
 from nicolson_fearing.published_fits import BiasCurves, infer_from_table_3
-from nicolson_fearing.simulated_fits import HERTZ
-from nicolson_fearing.table_3_effects import CONTACTS, squeezed
+from nicolson_fearing.simulated_fits import HERTZ, WidthModel
+from nicolson_fearing.table_3_effects import CONTACTS, LAYER, TRUTH, squeezed
+from nicolson_fearing.table_3_residual import squeeze_of_layer
+from nicolson_fearing.table_3_widths import squeeze_of_s_map
+from nicolson_fearing.width_laws import BY_FACTOR, CONSTANT, EXACT, LAWS, NarrowerLayer, WidthLaw
 
 TIP, OTHER = 2, 6
 
@@ -19,14 +23,47 @@ TIP, OTHER = 2, 6
 @lru_cache(maxsize=1)
 def free() -> FreeTips:
     made = FreeTips.simulated(small=True)
-    return FreeTips(made.tips_mm, made.many, made.base, (0.33,))
+    return replace(made, law=WidthLaw("one", squeezed, {"squeeze": (0.33,)}))
 
 
-def table_of(tips_mm: list[float]) -> np.ndarray:
+def table_of(tips_mm: list[float], reader: WidthModel | None = None) -> np.ndarray:
     """Table 3 as simulated with these tips in its rows, which are all among those simulated; nothing interpolated."""
     rows = np.searchsorted(free().tips_mm, tips_mm)
-    curves = BiasCurves.of(free().many, (HERTZ, squeezed(0.33)))
+    curves = BiasCurves.of(free().many, (HERTZ, reader or squeezed(0.33)))
     return np.asarray(curves.means(0.057)[..., rows])
+
+
+@pytest.mark.parametrize(("true", "rows"), [(BY_FACTOR, (0.83, 0.87, 0.91)), (CONSTANT, (0.23, 0.33, 0.43))])
+def test_the_law_by_which_widths_were_made_is_found(
+    true: WidthLaw, rows: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    middle = rows[1]
+    made = table_of(list(free_tips.TIPS_MM), true.model(middle))
+    monkeypatch.setattr(free_tips, "table_3", lambda: made)
+    (name,) = true.grids
+    found = replace(free(), law=replace(true, grids={name: rows})).posterior()
+    assert found.of_law[0][0] == pytest.approx(middle, abs=0.3 * (rows[2] - middle))
+    assert np.abs(found.residual_mm).max() < 0.1
+    exact = replace(free(), law=EXACT).posterior()
+    assert found.log_evidence > exact.log_evidence + 3 and exact.of_law == ()
+
+
+def test_a_narrower_layer_is_narrower_by_what_is_said() -> None:
+    kappa = np.array([0.0, 0.1, 5.0, 20.0])
+    plain = LAYER.half_width(kappa)
+    assert NarrowerLayer(0.2).half_width(kappa) == pytest.approx(np.maximum(plain - 0.2, 0.0))
+    both = LAWS[3]
+    assert both.values.shape == (81, 2) and len(both.models()) == 81
+    assert both.models()[0].half_width(kappa) == pytest.approx(0.8 * HERTZ.half_width(kappa))
+
+
+@pytest.mark.parametrize("modulus", [0.06, 0.12])
+def test_an_s_map_with_many_coefficients_has_the_widths_of_the_layer(modulus: float) -> None:
+    seen = squeeze_of_s_map(71, modulus)
+    resolved = np.isfinite(seen)
+    expected = squeeze_of_layer(modulus, TRUTH)
+    assert np.abs(seen - expected)[resolved].max() < 0.03 and resolved.sum() >= 7  # n_c β is 10 or more: 1.5 % of load
+    assert np.isnan(squeeze_of_s_map(20, modulus)[0])
 
 
 def test_without_free_tips_the_evidence_is_that_of_table_3_residual() -> None:

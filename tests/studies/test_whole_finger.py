@@ -9,7 +9,7 @@ import pytest
 import study_modules  # noqa: F401  # it makes nicolson_fearing known
 from independent.body import Annulus
 from independent.finger import Finger, Press
-from nicolson_fearing.finger_errors import AT, EdgeErrors, TouchErrors, table_4_rows
+from nicolson_fearing.finger_errors import AT, Added, EdgeErrors, TouchErrors, table_4_rows
 from nicolson_fearing.linear_finger import LinearFinger
 from nicolson_fearing.linear_touches import LOAD, R_A, R_B
 from nicolson_fearing.made_by_hand_causes import (
@@ -18,7 +18,6 @@ from nicolson_fearing.made_by_hand_causes import (
     OFF_CENTRE_MM,
     TILT_LOAD,
     TURN,
-    Added,
     core_off_centre,
     nothing,
     pressures,
@@ -63,8 +62,9 @@ def test_searched_fits_of_small_errors_are_those_of_first_order() -> None:
     touches = TouchErrors(*(factor * getattr(whole.touches, name) for name in names))
     small = replace(whole, edges=scaled(whole.edges, factor), touches=touches)
     elements = small.elements
-    found, reach = elements.calibrated(small.edges), elements.reach(FULL, small.radii_mm)
-    first = elements._read(FULL, reach, found, elements.missed(found, reach), touches)
+    found, reach = elements.calibrated(small.edges, nothing(elements)), elements.reach(FULL, small.radii_mm)
+    missed = elements.missed(found, reach)
+    first = elements._read(FULL, reach, found, missed, touches, np.zeros((2, len(TIPS_MM), len(LOCATIONS_DEG))))
     searched = small.tables()
     assert searched.errors_1 == pytest.approx(first.errors_1, rel=0.02)
     # edges and all; the narrower spectrum of an identified map leaves over 0.02 % and moves R by 0.02 mm
@@ -116,7 +116,7 @@ def compared(
 @pytest.mark.parametrize("place", [0, 33])
 def test_a_core_off_centre_is_that_of_the_independent_simulator(place: int) -> None:
     elements = LinearFinger.of(1)
-    added = core_off_centre(elements, PLANE, RADII, np.random.default_rng(5))
+    added = core_off_centre(OFF_CENTRE_MM)(elements, PLANE, RADII, np.random.default_rng(5))
     phase = np.random.default_rng(5).uniform(-90, 90)
     moved, deeper = (OFF_CENTRE_MM * np.cos(np.radians(a - phase)) for a in (LOCATIONS_DEG[place], elements.angle_deg))
     changed = simulated(elements, R_A + moved, deeper)
@@ -156,9 +156,10 @@ def test_calibrations_take_up_a_prober_off_centre() -> None:
     added = prober_off_centre(0.5)(elements, PLANE, RADII, np.random.default_rng(1))
     # a sine of that rms over one turn; edges are over half a turn
     assert np.sqrt(np.mean(added.location_deg[:-1] ** 2)) == pytest.approx(0.5)
-    found, reach = elements.calibrated(quiet, added.edges), elements.reach(PLANE, RADII)
+    found, reach = elements.calibrated(quiet, added), elements.reach(PLANE, RADII)
     errors = reach.fit(elements.missed(found, reach), np.zeros((len(TIPS_MM), len(LOCATIONS_DEG))))
-    left = errors.angle_error_deg + added.location_deg[AT]
+    left = errors.angle_error_deg + found.prober
+    assert found.prober == pytest.approx(added.location_deg[AT])
     # what the prober says is then where the fit finds the touch, but for what an element's model cannot follow
     assert np.abs(left[1]).max() < 0.02 * 0.5 < 0.1 * np.abs(added.location_deg[AT]).max()
     assert np.abs(left[0]).max() < 0.2 * 0.5
