@@ -19,7 +19,7 @@ from bayestouch.pad.density import PadDensity
 from bayestouch.pad.known_touches import SAMPLES
 from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.priors import used_priors
-from bayestouch.pad.problem import PadProblem, pad_problem
+from bayestouch.pad.problem import OfLoads, PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of
 from bayestouch.pad.start import fit_without_effects
 from bayestouch.priors.parameters import Prior
@@ -152,8 +152,9 @@ def choose_pad(
     samples: str = "auto",
     seed: int = 0,
     progress: Progress | None = None,
+    relative_slope: OfLoads | None = None,
 ) -> ChosenPad:
-    """Choose the model of a pad; parameters and errors as in `calibrate_pad`."""
+    """Choose the model of a pad; parameters and errors as in `calibrate_pad`, `relative_slope` as in `pad_problem`."""
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
         raise InputError(f"samples: expected {' or '.join(SAMPLES)}, got {samples!r}{nearest(str(samples), SAMPLES)}")
@@ -162,7 +163,13 @@ def choose_pad(
     dataset = with_calibration(dataset)
     assert dataset.calibration is not None
     problem, notes = pad_problem(
-        dataset.sensor, dataset.calibration, samples=samples, seed=seed, kernel=kernel, stated=stated
+        dataset.sensor,
+        dataset.calibration,
+        samples=samples,
+        seed=seed,
+        kernel=kernel,
+        stated=stated,
+        relative_slope=relative_slope,
     )
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
     name = next(name for name, rival in rivals.items() if rival is model)

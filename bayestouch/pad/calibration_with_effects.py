@@ -17,6 +17,7 @@ import numpy as np
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Sensor
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Setting
 from bayestouch.model.added import AddedEffect
@@ -33,6 +34,7 @@ from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.later_drifts import with_later_drifts
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.posterior import PadPosterior
+from bayestouch.pad.problem import OfLoads, stated_or_assumed_noise
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.objects import Calibration
 
@@ -102,13 +104,22 @@ def pad_calibration(
     # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     samples, _ = choose_samples(table.select(training))
     as_read = table
+    relative_slope: OfLoads | None = None
     if added:
         table = effects.corrected(as_read, clock)
-        if sensor.force_noise_sd is not None:
-            sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
+        sensor, assumed = _with_acting_noise(sensor, as_read.select(training), effects)
+        notes, relative_slope = (*notes, *assumed), effects.relative_slope
     known = table.select(training).with_(notes=())
     dataset = replace(dataset, sensor=sensor, calibration=known)
-    chosen = choose_pad(dataset, kernel=kernel, empirical=empirical, stated=stated, samples=samples, seed=seed)
+    chosen = choose_pad(
+        dataset,
+        kernel=kernel,
+        empirical=empirical,
+        stated=stated,
+        samples=samples,
+        seed=seed,
+        relative_slope=relative_slope,
+    )
     if added:
         posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added, groups=groups)
     else:
@@ -134,6 +145,15 @@ def pad_calibration(
         extra={**made.extra, **effects.arrays()},
         notes=(*made.notes, *_notes(effects)),
     )
+
+
+def _with_acting_noise(sensor: Sensor, known: Touches, effects: PadEffects) -> tuple[Sensor, list[str]]:
+    """The sensor with the noise of acting loads at the reference load, and a note if the noise was assumed."""
+    measured = known.load[known.in_contact & (known.load > 0)]
+    if not len(measured):
+        return sensor, []
+    noise, assumed = stated_or_assumed_noise(sensor, measured)
+    return replace(sensor, force_noise_sd=noise * effects.load_slope), assumed
 
 
 def finer_if_better(chosen: ChosenPad) -> tuple[ChosenPad, PadMap | None]:

@@ -30,6 +30,9 @@ from bayestouch.results.objects import Calibration
 STEPS, STEPS_NEAR = 25, 10
 # Step of the central difference of a reading over its signal, over the peak; smallest slope in a Newton step.
 SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
+# Smallest noise of an acting load over that at the reference load: a load that does not act is known, but a standard
+# deviation of zero has no density.
+LEAST_RELATIVE_SLOPE = 1e-3
 # Number of loads at which effects of the load are tabulated.
 GRID = 2001
 
@@ -226,9 +229,20 @@ class PadEffects:
     @property
     def load_slope(self) -> float:
         """Derivative of the acting load over the load as read, at the reference load."""
+        return float(self._slope(np.array([self.reference_load]))[0])
+
+    def relative_slope(self, acting: FloatArray) -> FloatArray:
+        """Derivative of acting loads (n,) over the load as read, over that at the reference load.
+
+        The noise of the force sensor is one of the load as read. Where the response flattens, the acting load has less
+        of it, and elements tell less of the load.
+        """
+        slope = self._slope(self.as_read(acting)) / self.load_slope
+        return np.where(np.isnan(acting), np.nan, np.maximum(slope, LEAST_RELATIVE_SLOPE))
+
+    def _slope(self, read: FloatArray) -> FloatArray:
         step = 1e-4 * self.reference_load
-        up, down = (self.acting(np.array([self.reference_load + sign * step]))[0] for sign in (1, -1))
-        return float((up - down) / (2 * step))
+        return np.asarray((self.acting(read + step) - self.acting(read - step)) / (2 * step))
 
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays for the file of a calibration."""

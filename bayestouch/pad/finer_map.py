@@ -35,9 +35,10 @@ from bayestouch.pad.table import MapGrid
 
 # Touches from which sizes and lengths are estimated: groups of neighbours, which have both short and long distances.
 GROUPS, NEIGHBOURS = 12, 25
-# Loads at which the map is tabulated. Step in the logarithm over λ (the error of linear interpolation is then some
-# thousandths of the part that changes with the load); smallest and largest number of steps; factor beyond known loads.
-LOAD_STEP, LOADS, BEYOND = 0.1, (8, 40), 1.25
+# Loads at which the map is tabulated: step in the logarithm over λ (an even one leaves linear interpolation off by
+# 0.05 % of the part that changes with the load), smallest and largest number of steps, factor beyond known loads, and
+# points from which they are chosen.
+LOAD_STEP, LOADS, BEYOND, FINE = 0.05, (8, 60), 1.25, 2001
 # Bounds of sizes (over the amplitude), of the length in the logarithm of the load, and of the noise (over the signal).
 SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
 
@@ -128,9 +129,7 @@ class FinerMap:
         made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score)
         loads = np.zeros(0)
         if loads_vary(known.load):
-            low, high = known.load.min() / BEYOND, known.load.max() * BEYOND
-            steps = np.log(high / low) / (LOAD_STEP * sizes.load_length)
-            loads = np.geomspace(low, high, int(np.clip(np.ceil(steps), *LOADS)) + 1)
+            loads = tabulated_loads(known.load, sizes.load_length)
         return cls(made, sizes, loads, tuple(covariances))
 
     def tabulated(self) -> PadMap:
@@ -167,6 +166,20 @@ class FinerMap:
             own = self.sizes.even**2 + (self.sizes.relative * there.shape[:, e]) ** 2 + self.sizes.finer**2
             variance[:, e] = covariance.variance_at(amplitude[e] ** 2 * own, functions)
         return mean, variance
+
+
+def tabulated_loads(load: FloatArray, length: float) -> FloatArray:
+    """Loads at which a map is tabulated, from known loads (n,) and the correlation length in their logarithm.
+
+    Half of them lie evenly in the logarithm, half as the known loads do. Acting loads of a response that flattens lie
+    in a narrow range, and there the map must be exact: a small error of a reading is a large one of the load.
+    """
+    known = np.sort(np.log(load))
+    ends = known[0] - np.log(BEYOND), known[-1] + np.log(BEYOND)
+    count = int(np.clip(np.ceil((ends[1] - ends[0]) / (LOAD_STEP * length)), *LOADS)) + 1
+    fine = np.linspace(*ends, FINE)
+    share = 0.5 * np.linspace(0, 1, FINE) + 0.5 * np.interp(fine, known, np.linspace(0, 1, len(known)))
+    return np.asarray(np.exp(np.interp(np.linspace(0, 1, count), share, fine)))
 
 
 @dataclass(frozen=True, eq=False)

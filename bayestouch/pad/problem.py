@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +25,9 @@ UNSTATED_FORCE_NOISE = 0.005
 
 # Largest number of touches: the covariance between so many takes 128 MB while the map of an element is built.
 _MOST_TOUCHES = 4000
+
+
+OfLoads = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +88,12 @@ def pad_problem(
     seed: int,
     kernel: str = "auto",
     stated: Mapping[str, Prior] | None = None,
+    relative_slope: OfLoads | None = None,
 ) -> tuple[PadProblem, list[str]]:
     """Input of the calibration of a pad, and notes on touches that were left out and on assumptions.
 
-    `stated` are priors by name of the parameter, for a pad with this kernel.
+    `stated` are priors by name of the parameter, for a pad with this kernel. `relative_slope` gives the noise of
+    loads (n,) over the noise of the force sensor; loads that are corrected for effects have their own.
 
     Raises
     ------
@@ -120,12 +125,13 @@ def pad_problem(
     rest = table.rest_reading()
     priors, odd = pad_priors(sensor, known, rest_subtracted=rest is not None, usable=usable)
     reads = np.maximum(known.counts.max(axis=1), 1)
+    slope = 1.0 if relative_slope is None else relative_slope(known.load)
     problem = PadProblem(
         known=known,
         observed=_observed(counted_samples(corrected, samples), known, usable),
         priors=priors.with_stated(stated or {}, kernel, sensor),
         pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
-        load_share=force_sd / np.sqrt(reads) / known.load,
+        load_share=force_sd * slope / np.sqrt(reads) / known.load,
         force_sd=force_sd,
         samples=samples,
         usable=usable,
@@ -158,11 +164,16 @@ def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, l
         raise InputError("every measured load is below zero: the gains are not identifiable", column="load_N")
     if not usable.all():
         notes.append(f"{int((~usable).sum())} calibration touches without a load above zero are left out")
-    force_sd = sensor.force_noise_sd
-    if force_sd is None:
-        force_sd = UNSTATED_FORCE_NOISE * float(known.load[usable].mean())
-        notes.append(f"the force sensor's noise is not stated: {UNSTATED_FORCE_NOISE:.1%} of the mean load is assumed")
-    return known.select(usable), force_sd, notes
+    force_sd, assumed = stated_or_assumed_noise(sensor, known.load[usable])
+    return known.select(usable), force_sd, [*notes, *assumed]
+
+
+def stated_or_assumed_noise(sensor: Sensor, load: FloatArray) -> tuple[float, list[str]]:
+    """Noise of the force sensor in N, from measured loads (n,) where it is not stated, and a note in this case."""
+    if sensor.force_noise_sd is not None:
+        return sensor.force_noise_sd, []
+    note = f"the force sensor's noise is not stated: {UNSTATED_FORCE_NOISE:.1%} of the mean load is assumed"
+    return UNSTATED_FORCE_NOISE * float(load.mean()), [note]
 
 
 def _responding(readings: FloatArray) -> NDArray[np.bool_]:

@@ -7,7 +7,7 @@ import numpy as np
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.noise import AddedNoise
-from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.corrected import LEAST_RELATIVE_SLOPE, PadEffects
 
 OFFSET, SHARE, THRESHOLD = 0.1, 0.4, 0.05
 LOAD = np.linspace(0.3, 2.0, 9)
@@ -44,3 +44,17 @@ def test_a_load_is_true_before_the_contact_takes_its_part() -> None:
     np.testing.assert_allclose(effects.pressing(acting(LOAD)), LOAD, atol=1e-4)
     np.testing.assert_allclose(effects.as_read(acting(LOAD)), LOAD + OFFSET, atol=1e-4)
     np.testing.assert_allclose(effects.pressing_slope(acting(LOAD)), (1 + SHARE * (LOAD - THRESHOLD)) ** 2, rtol=0.02)
+
+
+def test_noise_of_a_load_goes_with_the_slope_of_the_response() -> None:
+    """Of a response that flattens, the noise of an acting load is less where the load is larger."""
+    effects = with_effects(load_offset=(OFFSET,), load_nonlinearity=(SHARE, THRESHOLD))
+    slope = (1 + SHARE * (LOAD - THRESHOLD)) ** -2  # of `acting`, by its derivative
+    of_reference = (1 + SHARE * (1.0 - OFFSET - THRESHOLD)) ** -2
+    # loads are tabulated in steps of a hundredth of the reference load, over which the slope changes by a hundredth
+    np.testing.assert_allclose(effects.relative_slope(acting(LOAD)), slope / of_reference, rtol=0.01)
+    assert np.isclose(effects.load_slope, of_reference, rtol=1e-6)
+    assert effects.relative_slope(np.array([0.0]))[0] == LEAST_RELATIVE_SLOPE
+    assert np.isnan(effects.relative_slope(np.array([np.nan])))[0]
+    plain = with_effects(load_offset=(OFFSET,))
+    np.testing.assert_allclose(plain.relative_slope(LOAD), 1.0, rtol=1e-9)

@@ -100,7 +100,8 @@ class PadLive:
         measured = touch.load == touch.load and reader.load_measured
         load, load_sd = reader.load, reader.load_sd
         if measured:
-            load, load_sd = touch.load, float(reader.noise.mean_load_sd(max(float(touch.counts.max()), 1.0)))
+            load, reads = touch.load, max(float(touch.counts.max()), 1.0)
+            load_sd = float(reader.measured_load_sd(np.array([load]), np.array([reads]))[0])
         reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)
         rough = self._search(reading, counts, load, load_sd) if near is None else near
         flags = [SEVERAL] if rough.elsewhere > ELSEWHERE else []

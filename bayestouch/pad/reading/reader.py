@@ -81,6 +81,8 @@ class PadReader:
         Elements that responded in the calibration.
     changes_of_load : (1 + q, n) array, optional
         Acting loads, and their change by one standard deviation of each cause at the same true load.
+    effects : PadEffects, optional
+        Effects that readings and loads are corrected for.
     """
 
     map: PadMap
@@ -91,6 +93,7 @@ class PadReader:
     samples: str
     usable: NDArray[np.bool_]
     changes_of_load: FloatArray | None = None
+    effects: PadEffects | None = None
 
     @classmethod
     def from_calibration(cls, calibration: Calibration, *, plug_in: bool = False) -> PadReader:
@@ -122,7 +125,13 @@ class PadReader:
             samples=str(settings["samples"]),
             usable=np.asarray(calibration.extra[USABLE]) > 0,
             changes_of_load=_changes_of_load(calibration) if map_.n_causes else None,
+            effects=PadEffects.of(calibration),
         )
+
+    def measured_load_sd(self, load: FloatArray, reads: FloatArray) -> FloatArray:
+        """Standard deviation of loads (t,), means of `reads` (t,) of the force sensor, corrected for effects."""
+        sd = self.noise.mean_load_sd(reads)
+        return sd if self.effects is None else sd * self.effects.relative_slope(load)
 
     def touches(self, readings: TouchMeans) -> PadTouches:
         """Touches with the priors of their loads: from the force sensor, else from the calibration."""
@@ -136,7 +145,7 @@ class PadReader:
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=np.where(self.usable, readings.counts, 0),
             load=np.where(here, readings.load, self.load),
-            load_sd=np.where(here, self.noise.mean_load_sd(reads), self.load_sd),
+            load_sd=np.where(here, self.measured_load_sd(readings.load, reads), self.load_sd),
             changes=changes,
         )
 
