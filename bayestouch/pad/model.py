@@ -145,13 +145,22 @@ class PadModel(SensorModel):
 
     def _pressed(self, recording: Recording, places: Places, response: FloatArray, vector: FloatArray) -> Recording:
         """Touches with the signal, from the response of the chain per unit load, (t, m)."""
-        if self.map is not None:
-            response = response + self.map.sensitivity(places.location, vector[self.n_chain : self.n_base])
+        weights = vector[self.n_chain : self.n_base]
+        if isinstance(self.map, MapBasis) and places is self._stated_places:
+            response = response + self.map.summed(self._stated_functions, weights)
+        elif self.map is not None:
+            response = response + self.map.sensitivity(places.location, weights)
         return replace(recording, signal=recording.load[:, None] * response)
 
     @cached_property
     def _stated_places(self) -> Places:
         return Places.of(np.stack(self._stated_axes, axis=1))
+
+    @cached_property
+    def _stated_functions(self) -> list[FloatArray]:
+        """Functions of the map at the stated locations."""
+        assert isinstance(self.map, MapBasis)
+        return self.map.functions(self._stated_places.location)
 
     @property
     def _stated_axes(self) -> tuple[FloatArray, ...]:
