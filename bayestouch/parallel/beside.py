@@ -9,7 +9,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
-from bayestouch.parallel.processes import cores, follow_parent, may_fork, shared_empty
+from bayestouch.parallel.processes import FOLLOWS, cores, follow_parent, may_fork, shared_empty
 
 Here = TypeVar("Here")
 Beside = TypeVar("Beside")
@@ -73,7 +73,7 @@ def both(
 
 def _send(work: Callable[[Tell | None], Any], tell: Tell | None, sender: Connection) -> None:
     """Send the result of the work from the process that was forked; nothing if it fails."""
-    follow_parent()
+    follow_parent(FOLLOWS)
     with suppress(Exception, KeyboardInterrupt):
         sender.send(work(tell))
     sender.close()

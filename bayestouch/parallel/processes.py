@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# Name of the thread that only waits for the end of the parent, and holds no lock.
-_FOLLOWS = "bayestouch-follows-parent"
+#: Name of a thread of `follow_parent` beside which a fork is safe: it only waits, and holds no lock.
+FOLLOWS = "bayestouch-follows-parent"
 #: Function that computes one piece of the work.
 Work = Callable[[Any], Any]
 #: Function that begins to compute pieces, and yields their results in order. With one worker, a piece is computed when
@@ -42,7 +42,7 @@ def cores(workers: int | None) -> int:
 
 def may_fork() -> bool:
     """Return True if this process can fork safely: no other thread can hold a lock that the fork would wait for."""
-    alone = all(each is threading.main_thread() or each.name == _FOLLOWS for each in threading.enumerate())
+    alone = all(each is threading.main_thread() or each.name == FOLLOWS for each in threading.enumerate())
     return sys.platform == "linux" and alone and not multiprocessing.current_process().daemon
 
 
@@ -110,14 +110,18 @@ _work: list[Work] = []
 
 def _begin(work: Work) -> None:
     _work[:] = [work]
-    follow_parent()
+    # Work that is in pieces already is not divided again.
+    follow_parent("bayestouch-piece")
 
 
-def follow_parent() -> None:
-    """Let this forked process end when its parent has ended, which is not automatic if the parent is killed."""
+def follow_parent(name: str) -> None:
+    """Let this forked process end when its parent has ended, which is not automatic if the parent is killed.
+
+    A thread with this name waits for it.
+    """
     parent = multiprocessing.parent_process()
     if parent is not None:
-        threading.Thread(target=_end_after, args=(parent.sentinel,), daemon=True, name=_FOLLOWS).start()
+        threading.Thread(target=_end_after, args=(parent.sentinel,), daemon=True, name=name).start()
 
 
 def _end_after(sentinel: int) -> None:
