@@ -202,6 +202,10 @@ class PadModel(SensorModel):
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
+        return self.with_derivatives(vector)[1:]
+
+    def with_derivatives(self, vector: FloatArray) -> tuple[Predicted, FloatArray, FloatArray | None]:
+        """The prediction, and its `derivatives`; the response of the chain is computed once for both."""
         recording = self.poses(vector)
         places = self._places(recording)
         response = places.values(self.chain(vector).sensitivity)
@@ -219,7 +223,7 @@ class PadModel(SensorModel):
         values = range(self.n_base, len(vector))
         parts += [self._along_value(vector, i, places, response) for i in values]
         samples = None if not self.by_sample else np.stack([np.asarray(each.samples) for each in parts])
-        return np.stack([each.touches for each in parts]), samples
+        return self._with_zero(recording, vector), np.stack([each.touches for each in parts]), samples
 
     def _along_value(self, vector: FloatArray, place: int, places: Places, response: FloatArray) -> Predicted:
         """`of_value`, from the response of the chain, which the values of effects do not change."""
