@@ -12,6 +12,7 @@ from bayestouch.baselines.regression import Regression, RegressionTouches, gauss
 from bayestouch.model.held_out import rms_percent
 from bayestouch.model.observations import Observations
 from bayestouch.model.split_data import SplitData
+from bayestouch.parallel.beside import both
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,4 +92,4 @@ def baselines(data: SplitData, held_out: Observations, peak: FloatArray) -> tupl
         samples = read.residual[held_out.row_touch] + held_out.deviation / peak
         return HeldOutBaseline(regression, held, read, samples)
 
-    return tuple(one(each) for each in (gaussian_process(known), polynomial(known)))
+    return both(lambda: one(gaussian_process(known)), lambda tell: one(polynomial(known)))

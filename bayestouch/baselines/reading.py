@@ -75,6 +75,7 @@ def read_by_regression(
     grid = np.column_stack([np.repeat(places, count, axis=0), np.tile(loads, len(places))])
     mean, sd = (each.reshape(len(places), count, -1) for each in regression(grid))
     force_sd = FORCE_NOISE * float(known.load.mean()) if force_sd is None else force_sd
+    by_element = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (mean, sd, np.log(sd))]
     of_places, of_loads = [], []
     for reading, load in zip(held.readings, held.load, strict=True):
         # Far below the step of the grid: the load as it was read, its noise as that of readings.
@@ -83,8 +84,7 @@ def read_by_regression(
         here, spread = ((1 - share) * each[:, low] + share * each[:, low + 1] for each in (mean, sd))
         slope = (mean[:, low + 1] - mean[:, low]) / (loads[1] - loads[0])
         of_places.append(_log_likelihood(reading[None], here, np.hypot(spread, slope * force_sd))[0])
-        both = _log_likelihood(reading[None], mean.reshape(len(grid), -1), sd.reshape(len(grid), -1))[0]
-        of_loads.append(np.logaddexp.reduce(both.reshape(len(places), count), axis=0))
+        of_loads.append(_at_any_place(reading, *by_element))
     weight, weight_of_load = _weights(np.array(of_places)), _weights(np.array(of_loads))
     load_mean = weight_of_load @ loads
     load_sd = np.sqrt(np.maximum(weight_of_load @ loads**2 - load_mean**2, 0.0))
@@ -111,6 +111,15 @@ def _log_likelihood(readings: FloatArray, mean: FloatArray, sd: FloatArray) -> F
         seen = np.isfinite(column) & np.isfinite(spread[0])
         out[seen] -= 0.5 * ((column[seen, None] - centre) / spread) ** 2 + np.log(spread)
     return out
+
+
+def _at_any_place(reading: FloatArray, mean: FloatArray, sd: FloatArray, log_sd: FloatArray) -> FloatArray:
+    """Log density (l,) of a reading (m,) at each load, summed over the places; mean, sd and its logarithm (m, p, l)."""
+    out = np.zeros(mean.shape[1:])
+    for e in np.flatnonzero(np.isfinite(reading) & np.isfinite(sd[:, 0, 0])):
+        out -= 0.5 * ((reading[e] - mean[e]) / sd[e]) ** 2 + log_sd[e]
+    highest = out.max(axis=0)
+    return np.asarray(highest + np.log(np.exp(out - highest).sum(axis=0)))
 
 
 def _weights(log_density: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import comb
 from typing import Any
 
@@ -158,10 +159,7 @@ def gaussian_process(known: RegressionTouches, seed: int = 0) -> Regression:
         # Rasmussen and Williams (2006), equation 5.12, in the units of the readings.
         precision = np.linalg.inv(fitted.kernel_(x))
         left_out = fitted.alpha_.ravel() / np.diag(precision) * y.std()
-        return (
-            lambda inputs: fitted.predict((inputs - centre) / scale, return_std=True),
-            float(np.sqrt(np.mean(left_out**2))),
-        )
+        return partial(_by_process, fitted, centre, scale), float(np.sqrt(np.mean(left_out**2)))
 
     return _of_all("Gaussian process", [one(element) for element in range(known.readings.shape[1])])
 
@@ -209,9 +207,20 @@ def polynomial(known: RegressionTouches) -> Regression:
             tried.append((float(np.sqrt(np.mean(left_out**2))), made))
         error, best = min(tried, key=lambda each: each[0])
         best.fit(x, y)
-        return lambda inputs: (best.predict(inputs), np.full(len(inputs), error)), error
+        return partial(_by_polynomial, best, error), error
 
     return _of_all("polynomial", [one(element) for element in range(known.readings.shape[1])])
+
+
+def _by_process(
+    fitted: Any, centre: FloatArray, scale: FloatArray, inputs: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    mean, sd = fitted.predict((inputs - centre) / scale, return_std=True)
+    return mean, sd
+
+
+def _by_polynomial(fitted: Any, error: float, inputs: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return fitted.predict(inputs), np.full(len(inputs), error)
 
 
 def _terms(known: RegressionTouches, degree: int) -> int:

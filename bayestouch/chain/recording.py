@@ -64,11 +64,14 @@ class History:
         (f, n, m) array
         """
         rates = 1 / fade_s[:, None]
-        kept = np.exp(-np.maximum(np.diff(self.end_s), 0.0)[:, None, None] * rates)
-        running = np.empty((len(self.end_s), len(fade_s), self.readings.shape[1]))
-        running[:1] = self.readings[:1, None]
-        for k in range(1, len(running)):
-            running[k] = running[k - 1] * kept[k - 1] + self.readings[k]
+        kept = np.exp(-np.maximum(np.diff(self.end_s, prepend=self.end_s[:1]), 0.0)[:, None, None] * rates)
+        running = np.repeat(self.readings[:, None], len(fade_s), axis=1)
+        # After the step of n, an entry has the sum of the last 2n touches, and what is kept of an earlier sum.
+        n = 1
+        while n < len(running):
+            running[n:] += running[:-n] * kept[n:]
+            kept[n:] = kept[n:] * kept[:-n]
+            n *= 2
         last = np.searchsorted(self.end_s, start_s, side="left") - 1
         some = last >= 0
         wait = np.where(some, start_s - self.end_s[np.maximum(last, 0)], 0.0)

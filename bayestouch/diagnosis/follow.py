@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.diagnosis.evaluation import ToEvaluate, both_evaluated
 from bayestouch.diagnosis.harm import harmless, moving_effects, references_believed
 from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.rounds import SearchRound
@@ -15,18 +16,17 @@ from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
 from bayestouch.effects import Values
-from bayestouch.inference import infer
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
-from bayestouch.model.as_stated import at_stated_references
 from bayestouch.model.beginning import Evaluation
 from bayestouch.model.body import Body
-from bayestouch.model.correction import Correction, corrected_fit
+from bayestouch.model.correction import corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.joining import fit_without
 from bayestouch.model.split_data import SplitData
 from bayestouch.output.progress import Progress, staged
+from bayestouch.parallel.beside import both
 
 # Fractions of the time at the end of the first fit, and of the search.
 START, SEARCHED = 0.1, 0.75
@@ -63,24 +63,24 @@ def trace(
     staged(progress, 0.0, START, "fit")
     begun = body.begin(data, draws=draws, seed=seed, **options)
     fitted = begun.fitted
-    rounds = search(fitted, begun.effects, staged(progress, START, SEARCHED, "search"), scheduler)
+    without = ToEvaluate(begun.evaluation, sample, fitted)
+    searching = staged(progress, START, SEARCHED, "search")
+    rounds, found = both(partial(search, fitted, begun.effects, searching, scheduler), without.posteriors)
     compared = staged(progress, SEARCHED, 1.0, "compare before and after") or (lambda fraction: None)
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)
     added = effects_as_added(rounds, final, spreads)
-    evaluate = partial(_evaluated, begun.evaluation, sample)
-    before = evaluate(fitted, (), None)
-    compared(0.4)
-    explained = evaluate(final, added, None) if added else before
-    remaining = Remaining(before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(final, explained.held_out))
-    corrected = None
-    if remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0:
-        new = corrected_fit(final)
-        if new is not None:
-            corrected = evaluate(new[0], moved_to(new[0], added), new[1])
+    before = without.with_posteriors(found)
+    with_effects = replace(without, fitted=final, added=added) if added else None
+    explaining = with_effects or without
+    remaining = Remaining(before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(final, explaining.held_out))
+    in_place = remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0
+    with_correction = _corrected(replace(explaining, fitted=final)) if in_place else None
+    with_found, corrected = both_evaluated(with_effects, with_correction)
+    explained = with_found or before
     after, refused = harmless(
         before,
-        (lambda: corrected, lambda: explained, lambda: _at_stated(explained, added, evaluate)),
+        (lambda: corrected, lambda: explained, lambda: _at_stated(explained, explaining)),
         believed=references_believed(rounds, remaining, moving_effects(explained)),
     )
     compared(1.0)
@@ -99,36 +99,23 @@ def trace(
     )
 
 
-def _at_stated(
-    explained: EvaluatedModel, added: tuple[AddedEffect, ...], evaluate: Callable[..., EvaluatedModel]
-) -> EvaluatedModel | None:
+def _corrected(model: ToEvaluate) -> ToEvaluate | None:
+    """The model with a correction; None if no correction is found."""
+    new = corrected_fit(model.fitted)
+    return new and replace(model, fitted=new[0], added=moved_to(new[0], model.added), correction=new[1])
+
+
+def _at_stated(explained: EvaluatedModel, model: ToEvaluate) -> EvaluatedModel | None:
     """Model fitted again without the effects that move references; None if none of these or nothing else was found."""
     moving = moving_effects(explained)
-    kept = tuple(each for each in added if each.effect.name not in moving)
+    kept = tuple(each for each in model.added if each.effect.name not in moving)
     if not moving or not kept:
         return None
     fitted = explained.fitted
-    for each in added:
+    for each in model.added:
         if each.effect.name in moving:
             fitted = fit_without(each.effect, fitted)
-    return evaluate(fitted, moved_to(fitted, kept), None)
-
-
-def _evaluated(
-    evaluation: Evaluation,
-    sample: bool,
-    fitted: Fitted,
-    added: tuple[AddedEffect, ...],
-    correction: Correction | None,
-) -> EvaluatedModel:
-    """Fitted model with its calibration and its errors on the held-out touches."""
-    calibration = evaluation.calibration(fitted, added, correction)
-    held = evaluation.held_out(fitted, correction)
-    # If no effect changes a reference, the stated references give the same result.
-    unmoved = at_stated_references(fitted) is fitted
-    stated = held if unmoved else evaluation.held_out(fitted, correction, stated=True)
-    read = evaluation.read(infer, calibration, held) if held is not None and sample else None
-    return EvaluatedModel(fitted, correction, calibration, held, stated, read)
+    return replace(model, fitted=fitted, added=moved_to(fitted, kept)).evaluated()
 
 
 def effects_as_added(

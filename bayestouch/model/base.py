@@ -126,6 +126,10 @@ class SensorModel(ABC):
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
 
+    def with_derivatives(self, vector: FloatArray) -> tuple[Predicted, FloatArray, FloatArray | None]:
+        """The prediction, and its `derivatives`."""
+        return self.predict(vector), *self.derivatives(vector)
+
     @abstractmethod
     def correction_basis(self, vector: FloatArray) -> CorrectionBasis:
         """Basis of an empirical correction, over the region that the touches cover."""

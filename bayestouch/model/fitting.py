@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
-from bayestouch.model.base import SensorModel
+from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.linear import Functions, Linearised, leaving_bounds
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
@@ -137,9 +137,11 @@ def functions_of(
     return Functions.of(raw, whitening.columns(raw))
 
 
-def _compared(model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None) -> Linearised:
-    """Residuals of the model at a vector, as a `Linearised` without derivatives."""
-    observed, predicted = model.known, model.predict(vector)
+def _compared(
+    model: SensorModel, vector: FloatArray, predicted: Predicted, whitening: Whitening, functions: Functions | None
+) -> Linearised:
+    """Residuals of what the model predicts at a vector, as a `Linearised` without derivatives."""
+    observed = model.known
     deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
     mean, spread, _, _ = model.prior()
     residual = whitening.touches(observed.means.readings - predicted.touches)
@@ -159,10 +161,10 @@ def linearised(
     model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
 ) -> Linearised:
     """The model linearised at a vector."""
-    touches, samples = model.derivatives(vector)
+    predicted, touches, samples = model.with_derivatives(vector)
     d = len(vector)
     return replace(
-        _compared(model, vector, whitening, functions),
+        _compared(model, vector, predicted, whitening, functions),
         jacobian=np.ascontiguousarray(whitening.touches(touches).reshape(d, -1).T),
         deviation_jacobian=None if samples is None else whitening.samples(samples).reshape(d, -1).T,
     )
@@ -242,7 +244,7 @@ def _descended(
         moved = vector
         while share > 1e-3:
             moved = np.clip(vector + share * step, low, high)
-            if _compared(model, moved, whitening, functions).cost() < cost:
+            if _compared(model, moved, model.predict(moved), whitening, functions).cost() < cost:
                 break
             share *= 0.3
         else:

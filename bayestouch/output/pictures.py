@@ -33,6 +33,8 @@ PALETTE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
 #: Colour maps for ordered values (dark to light) and for signed values; both readable without colour vision.
 ORDERED, DIVERGING = "cividis", "PuOr"
 WIDTH, DOTS_PER_INCH = 7.5, 110
+#: The unit of SVG files is a point.
+SVG_DOTS = 72
 
 _STYLE: Any = {
     "font.family": "DejaVu Sans",
@@ -114,8 +116,16 @@ def canvas(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tu
 def rendered(figure: Figure, format: Format = "svg", *, tight: bool = False) -> bytes:
     """Return the file of a figure, without a date, so that it is reproducible; cropped to the content if `tight`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-    FigureCanvasAgg(figure)
+    canvas = FigureCanvasSVG if format == "svg" else FigureCanvasAgg
+    canvas(figure)
+    layout = figure.get_layout_engine()
+    if layout is not None and not tight:
+        # matplotlib would lay the figure out as a part of drawing it, only to draw it again.
+        figure.set_dpi(SVG_DOTS if format == "svg" else DOTS_PER_INCH)
+        layout.execute(figure)
+        figure.set_layout_engine(None)
     buffer = io.BytesIO()
     metadata = {"Date": None} if format == "svg" else {"Software": None}
     box = "tight" if tight else None

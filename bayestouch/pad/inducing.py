@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtrs
 
 from bayestouch.array_types import FloatArray, IntArray
 
@@ -91,8 +92,12 @@ class InducedCovariance:
 
     def weights(self, rows: FloatArray) -> FloatArray:
         """Mean of the weights given readings (n, ...): (k, ...)."""
-        onto = solve_triangular(self._information_root, self._pull.T @ rows, lower=True, check_finite=False)
-        return np.asarray(solve_triangular(self._information_root, onto, lower=True, trans=1, check_finite=False))
+        if not self.columns.shape[1]:
+            return np.zeros((0, *rows.shape[1:]))
+        # The root is upper for LAPACK, whose rows are columns. scipy's functions take longer than the solution.
+        root = self._information_root.T
+        onto, _ = dtrtrs(root, self._pull.T @ rows, lower=0, trans=1)
+        return np.asarray(dtrtrs(root, onto, lower=0)[0])
 
     def solve(self, rows: FloatArray) -> FloatArray:
         """Inverse covariance times rows (n, ...)."""
@@ -103,6 +108,8 @@ class InducedCovariance:
 
         They are what the functions do not explain, in units of the noise, and the weights of the functions.
         """
+        if not self.columns.shape[1]:
+            return np.asarray((rows.T / np.sqrt(self.variance)).T)
         weights = self.weights(rows)
         return np.concatenate([((rows - self.columns @ weights).T / np.sqrt(self.variance)).T, weights])
 

@@ -6,6 +6,7 @@ The map of an element is a random function of location with the correlation leng
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -68,20 +69,25 @@ class MapBasis:
         """Sensitivity per unit of each standard normal weight at locations (t, D) in mm, (k, t, m)."""
         out = np.zeros((self.n_weights, len(place), len(self.bases)))
         first = 0
-        for e, functions in enumerate(self._functions(place)):
+        for e, functions in enumerate(self.functions(place)):
             out[first : first + functions.shape[1], :, e] = functions.T
             first += functions.shape[1]
         return out
 
     def sensitivity(self, place: FloatArray, weights: FloatArray) -> FloatArray:
         """Sensitivity (t, m) that the map adds at locations (t, D) in mm."""
-        functions, first, out = self._functions(place), 0, []
+        return self.summed(self.functions(place), weights)
+
+    def summed(self, functions: Sequence[FloatArray], weights: FloatArray) -> FloatArray:
+        """`sensitivity`, from the `functions` at the locations."""
+        first, out = 0, []
         for each in functions:
             out.append(each @ weights[first : first + each.shape[1]])
             first += each.shape[1]
         return np.stack(out, axis=1)
 
-    def _functions(self, place: FloatArray) -> list[FloatArray]:
+    def functions(self, place: FloatArray) -> list[FloatArray]:
+        """Functions of each element at locations (t, D) in mm, (t, k) each."""
         shape = kernel_shape(self.shape, place)
         size = self.amplitude * np.sqrt(self.everywhere**2 + (self.of_kernel * shape) ** 2)
         return [basis(place) * size[:, e, None] for e, basis in enumerate(self.bases)]

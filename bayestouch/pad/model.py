@@ -145,13 +145,22 @@ class PadModel(SensorModel):
 
     def _pressed(self, recording: Recording, places: Places, response: FloatArray, vector: FloatArray) -> Recording:
         """Touches with the signal, from the response of the chain per unit load, (t, m)."""
-        if self.map is not None:
-            response = response + self.map.sensitivity(places.location, vector[self.n_chain : self.n_base])
+        weights = vector[self.n_chain : self.n_base]
+        if isinstance(self.map, MapBasis) and places is self._stated_places:
+            response = response + self.map.summed(self._stated_functions, weights)
+        elif self.map is not None:
+            response = response + self.map.sensitivity(places.location, weights)
         return replace(recording, signal=recording.load[:, None] * response)
 
     @cached_property
     def _stated_places(self) -> Places:
         return Places.of(np.stack(self._stated_axes, axis=1))
+
+    @cached_property
+    def _stated_functions(self) -> list[FloatArray]:
+        """Functions of the map at the stated locations."""
+        assert isinstance(self.map, MapBasis)
+        return self.map.functions(self._stated_places.location)
 
     @property
     def _stated_axes(self) -> tuple[FloatArray, ...]:
@@ -193,6 +202,10 @@ class PadModel(SensorModel):
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
+        return self.with_derivatives(vector)[1:]
+
+    def with_derivatives(self, vector: FloatArray) -> tuple[Predicted, FloatArray, FloatArray | None]:
+        """The prediction, and its `derivatives`; the response of the chain is computed once for both."""
         recording = self.poses(vector)
         places = self._places(recording)
         response = places.values(self.chain(vector).sensitivity)
@@ -210,7 +223,7 @@ class PadModel(SensorModel):
         values = range(self.n_base, len(vector))
         parts += [self._along_value(vector, i, places, response) for i in values]
         samples = None if not self.by_sample else np.stack([np.asarray(each.samples) for each in parts])
-        return np.stack([each.touches for each in parts]), samples
+        return self._with_zero(recording, vector), np.stack([each.touches for each in parts]), samples
 
     def _along_value(self, vector: FloatArray, place: int, places: Places, response: FloatArray) -> Predicted:
         """`of_value`, from the response of the chain, which the values of effects do not change."""

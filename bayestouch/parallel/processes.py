@@ -18,11 +18,14 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from itertools import zip_longest
+from multiprocessing.connection import wait
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+#: Name of a thread of `follow_parent` beside which a fork is safe: it only waits, and holds no lock.
+FOLLOWS = "bayestouch-follows-parent"
 #: Function that computes one piece of the work.
 Work = Callable[[Any], Any]
 #: Function that begins to compute pieces, and yields their results in order. With one worker, a piece is computed when
@@ -39,7 +42,8 @@ def cores(workers: int | None) -> int:
 
 def may_fork() -> bool:
     """Return True if this process can fork safely: no other thread can hold a lock that the fork would wait for."""
-    return sys.platform == "linux" and threading.active_count() == 1 and not multiprocessing.current_process().daemon
+    alone = all(each is threading.main_thread() or each.name == FOLLOWS for each in threading.enumerate())
+    return sys.platform == "linux" and alone and not multiprocessing.current_process().daemon
 
 
 def shared_empty(shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -106,17 +110,23 @@ _work: list[Work] = []
 
 def _begin(work: Work) -> None:
     _work[:] = [work]
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    # Work that is in pieces already is not divided again.
+    follow_parent("bayestouch-piece")
 
 
-def _end_with_parent() -> None:
-    """End this process when its parent has ended, which is not automatic if the parent is killed."""
-    from multiprocessing.connection import wait
+def follow_parent(name: str) -> None:
+    """Let this forked process end when its parent has ended, which is not automatic if the parent is killed.
 
+    A thread with this name waits for it.
+    """
     parent = multiprocessing.parent_process()
     if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+        threading.Thread(target=_end_after, args=(parent.sentinel,), daemon=True, name=name).start()
+
+
+def _end_after(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)
 
 
 def _piece(piece: Any) -> Any:

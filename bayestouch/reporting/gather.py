@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +15,8 @@ from bayestouch.data.sensor import pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
 from bayestouch.model.body import body_of
-from bayestouch.output.progress import Progress, staged
+from bayestouch.output.progress import Progress, Stage, staged
+from bayestouch.parallel.beside import both
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.checks import CALIBRATION_GROUPS, MOST_PREDICTED, TOUCH_GROUPS
 from bayestouch.reporting.diagnosed import light_diagnosis, saved_diagnosis
@@ -53,9 +57,6 @@ def gather(
     InputError
         As in `bayestouch.calibrate` and `bayestouch.infer`, or if `baselines` cannot be had.
     """
-    from bayestouch.calibration import calibrate
-    from bayestouch.inference import infer
-
     embedded, truth = dataset is None, {}
     if dataset is None:
         from bayestouch.simulation import embedded_dataset
@@ -70,6 +71,32 @@ def gather(
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
+    reads = partial(_read, dataset, embedded, truth, seed, draws, plug_in, progress)
+    if diagnosis is False:
+        return reads()
+    if saved is not None:
+        return replace(reads(), diagnosed=saved)
+    # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
+    read = PAGES[dataset.sensor.body.kind].reads_held_out
+    searches = partial(light_diagnosis, given, seed, read=read, baselines=baselines)
+    searching = None if progress is None else Stage(progress, _READ, GATHERED, "diagnose")
+    evidence, made = both(reads, searches, searching)
+    return replace(evidence, diagnosed=made)
+
+
+def _read(
+    dataset: DataSet,
+    embedded: bool,
+    truth: Mapping[str, Any],
+    seed: int,
+    draws: int,
+    plug_in: bool,
+    progress: Progress | None,
+) -> Evidence:
+    """Calibration and posteriors; arguments as of `gather` and attributes of `Evidence`."""
+    from bayestouch.calibration import calibrate
+    from bayestouch.inference import infer
+
     body = body_of(dataset.sensor)
     groups = CALIBRATION_GROUPS if "groups" in body.options else ()
     calibration = calibrate(dataset, groups=groups, seed=seed, progress=staged(progress, 0.0, _CALIBRATED, "calibrate"))
@@ -101,12 +128,6 @@ def gather(
         with_load, no_load = infer_with_and_without_load(not plug_in, 2)
         other = replace(evidence, posteriors=with_load, without_load=no_load, plug_in=not plug_in)
         evidence = replace(evidence, counterpart=other)
-    if diagnosis is not False:
-        searching = staged(progress, _READ, GATHERED, "diagnose")
-        # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
-        pages = PAGES[dataset.sensor.body.kind]
-        made = saved or light_diagnosis(given, seed, searching, read=pages.reads_held_out, baselines=baselines)
-        return replace(evidence, diagnosed=made)
     return evidence
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from bayestouch.output.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
+from bayestouch.parallel.beside import both
 from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.live import live_figures
+from bayestouch.reporting.live import Live, live_figures
 from bayestouch.reporting.page import render
 from bayestouch.reporting.picture_list import report_pictures
 from bayestouch.results.files import save_calibration, save_touches, without_requested
@@ -17,11 +19,18 @@ from bayestouch.results.files import save_calibration, save_touches, without_req
 def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
     """Write every file of a report to an existing folder; the content of ``report.json`` is returned."""
     numbers = report_numbers(evidence)
-    pictures = report_pictures(evidence, numbers)
+    pictures, live = both(
+        partial(report_pictures, evidence, numbers), lambda tell: _saved_and_live(evidence, numbers, folder)
+    )
     numbers["figures"] = [picture.described for picture in pictures]
     write_pictures(folder, pictures)
+    write_numbers(folder / NUMBERS, numbers)
+    write_text(folder / PAGE, render(numbers, pictures, live))
+    return numbers
+
+
+def _saved_and_live(evidence: Evidence, numbers: dict[str, Any], folder: Path) -> Live:
+    """Write calibration and touches, and make the interactive figures, none of which needs the pictures."""
     save_calibration(without_requested(evidence.calibration), folder / "calibration.nc")
     save_touches(without_requested(evidence.posteriors), folder / "posterior.nc")
-    write_numbers(folder / NUMBERS, numbers)
-    write_text(folder / PAGE, render(numbers, pictures, live_figures(numbers)))
-    return numbers
+    return live_figures(numbers)

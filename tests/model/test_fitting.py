@@ -55,6 +55,9 @@ class Curve:
         log = np.log(np.maximum(X, 1e-300))
         return np.stack([np.ones(len(X)), np.where(X > 0, X ** vector[1] * log, 0.0)])[:, :, None], None
 
+    def with_derivatives(self, vector: Any) -> tuple[Predicted, np.ndarray, None]:
+        return self.predict(vector), *self.derivatives(vector)
+
     def prior(self) -> Any:
         return np.array([0.0, 1.0]), np.array([2.0, 1.0]), np.array(self.low), np.array(self.high)
 
