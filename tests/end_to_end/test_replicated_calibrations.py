@@ -13,7 +13,7 @@ from scipy import stats
 
 import bayestouch
 
-REPLICATES, OF_PADS = 60, 40
+REPLICATES, OF_PADS = 60, 24
 M = w.ELEMENTS
 
 
@@ -58,9 +58,9 @@ def test_calibrations_of_new_data_scatter_as_each_says() -> None:
     assert np.mean(squares) == pytest.approx(1, abs=2.5 * error)
 
 
-@pytest.mark.slow  # forty calibrations of a pad
+@pytest.mark.slow  # 24 calibrations of a pad
 def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
-    """The same of a pad's 13 parameters. The mean of forty scatters by 6 %: a variance a quarter too small shows.
+    """The same of a pad's 13 parameters. The mean of 24 scatters by 8 %: a variance a third too small shows.
 
     `test_density_of_pad_touches.py` holds the covariance against its information to 4 %; this knows nothing of any
     formula.
@@ -74,5 +74,5 @@ def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
         covariance = found.group("laplace")["covariance"]
         squares.append(error @ np.linalg.solve(covariance, error) / len(flat))
     error = np.std(squares) / np.sqrt(OF_PADS)
-    assert error < 0.08
+    assert error < 0.1
     assert np.mean(squares) == pytest.approx(1, abs=2.5 * error)

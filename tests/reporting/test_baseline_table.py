@@ -43,6 +43,8 @@ def test_numbers_are_those_of_the_held_out_touches(tmp_path: Path, monkeypatch: 
         return baselines(data, held_out, peak)
 
     monkeypatch.setattr("bayestouch.baselines.baselines", noted)
+    # what is noted in another process would not be known here
+    monkeypatch.setattr("bayestouch.parallel.beside.cores", lambda workers: 1)
     dataset = simulate(DESIGN, effects={"creep": 0.2}, seed=7).dataset
     report = bayestouch.report(dataset, tmp_path / "out", draws=64, baselines=True)
     check_page_is_sound_and_needs_nothing_else(report)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from report_cases import FINGER, LINE, PLANE, pad_evidence, small
 import bayestouch
 from bayestouch.output.files import new_folder
 from bayestouch.reporting.writing import write_report
+from bayestouch.simulation import PadDesign
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra dev)")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed (extra dev)")
@@ -69,14 +71,19 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def folders(made_once: Callable[[str, Callable[[Path], object]], Path]) -> dict[str, Path]:
     """A report on a finger, on a line of elements and on a plane."""
-    parent = tmp_path_factory.mktemp("pages")
-    bayestouch.report(small(FINGER).dataset, parent / "finger", draws=128, diagnosis=False)
-    for name, design in (("line", LINE), ("plane", PLANE)):
-        with new_folder(parent / name) as folder:
+
+    def of_pad(design: PadDesign, path: Path) -> None:
+        with new_folder(path) as folder:
             write_report(pad_evidence(design), folder)
-    return {name: parent / name for name in ("finger", "line", "plane")}
+
+    of = {
+        "finger": lambda path: bayestouch.report(small(FINGER).dataset, path, draws=128, diagnosis=False),
+        "line": partial(of_pad, LINE),
+        "plane": partial(of_pad, PLANE),
+    }
+    return {name: made_once(f"page of a {name}", write) for name, write in of.items()}
 
 
 def opened(browser: Any, folder: Path, size: str = "desktop", **options: Any) -> Any:
