@@ -42,9 +42,14 @@ test: lint
 test-slow: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 -q -m slow
 
-# One run for both, so that no core waits for the other's last test: the slow ones begin (conftest.py).
-test-all: lint
-	$(BIN)/pytest -n 2 --dist worksteal -q --durations=60 -m 'slow or not slow'
+# One run for both, so that no core waits for the other's last test: the slow ones begin (conftest.py). mypy takes one
+# core for a minute or more, so it runs beside them.
+test-all: $(VENV)/.ready-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	@$(BIN)/mypy & types=$$!; \
+	$(BIN)/pytest -n 2 --dist worksteal -q --durations=60 -m 'slow or not slow'; tests=$$?; \
+	wait $$types && exit $$tests
 
 # What old libraries say of newer ones beneath them is no fault of ours: warnings are no errors here.
 test-oldest: .venv-oldest/.ready

@@ -73,15 +73,19 @@ def fine_maps(percent: float) -> Cause:
 
     def cause(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator) -> Added:
         errors = percent * own_errors(finger, u, (len(EDGES_DEG),), rng)
-        width, load = best_ellipse(LOAD / 1000 * radii_mm / u.modulus_MPa, u.poisson_ratio, u.length_mm)
-        off = R_B * np.radians(LOCATIONS_DEG[:, None] - EDGES_DEG)
-        # an edge, or a contact that is narrower than the steps, feels one place
-        felt_here = np.maximum(width, R_B * np.radians(1.0))[:, None, None]
-        share = np.sqrt(np.maximum(1 - (off / felt_here) ** 2, 0.0))
-        share *= (load[:, None] / share.sum(axis=-1))[..., None]
-        return replace(nothing(finger), edges=errors, tips=share @ errors)
+        return replace(nothing(finger), edges=errors, tips=contact_shares(u, radii_mm) @ errors)
 
     return cause
+
+
+def contact_shares(u: Unknowns, radii_mm: FloatArray) -> FloatArray:
+    """Share of each tip's load that presses on the places of the edges, (tips, places, edges)."""
+    width, load = best_ellipse(LOAD / 1000 * radii_mm / u.modulus_MPa, u.poisson_ratio, u.length_mm)
+    off = R_B * np.radians(LOCATIONS_DEG[:, None] - EDGES_DEG)
+    # an edge, or a contact that is narrower than the steps, presses on one place
+    pressed = np.maximum(width, R_B * np.radians(1.0))[:, None, None]
+    share = np.sqrt(np.maximum(1 - (off / pressed) ** 2, 0.0))
+    return np.asarray(share * (load[:, None] / share.sum(axis=-1))[..., None])
 
 
 def each_touch(percent: float) -> Cause:

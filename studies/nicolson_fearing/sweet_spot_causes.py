@@ -45,7 +45,7 @@ from nicolson_fearing.made_by_hand_causes import (
 from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, LOCATIONS_DEG
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.residual_parts import ResidualParts
-from nicolson_fearing.surface_causes import curved, load_by_place, pushed_along
+from nicolson_fearing.surface_causes import contact_shares, curved, fine_maps, load_by_place, pushed_along
 from nicolson_fearing.unknowns import Unknowns
 
 FloatArray = np.ndarray
@@ -65,6 +65,10 @@ INFERRED = {
 }
 CURVED = "curvature of the surface"
 LOAD_PERCENT, PUSH_PERCENT = 2.0, 5.0
+FINE_PERCENT = 1.3
+FINE, ALLOWED = f"fine E maps, {FINE_PERCENT:g} %", "fine E maps, load, push, curvature and core"
+IN_MIXTURE = (1.3, 2.1, 2.2, 0.017, 0.11)
+"""Amounts of these in `place_mixtures`, in that order; the curvature in 1/mm, the core in mm."""
 BY_LOAD, BY_PUSH = f"load by place, {LOAD_PERCENT:g} %", f"push along the surface, {PUSH_PERCENT:g} %"
 TOGETHER, ALL = "inferred ones and curvature", "all of these"
 
@@ -115,6 +119,7 @@ def cases(u: Unknowns) -> dict[str, Alone]:
     """All rows of the table; the sine of a prober off centre has the rms of its errors by place."""
     names = tuple(name for names in INFERRED.values() for name in names)
     made: dict[str, Cause] = {
+        FINE: fine_maps(FINE_PERCENT),
         BY_LOAD: load_by_place(LOAD_PERCENT),
         BY_PUSH: pushed_along(PUSH_PERCENT),
         CORE: core_off_centre(OFF_CENTRE_MM),
@@ -123,12 +128,17 @@ def cases(u: Unknowns) -> dict[str, Alone]:
         f"tips turned by {np.degrees(TURN):.0f}°": turned_tips,
     }
     surface = curved(CURVATURE_PER_MM)
+    kinds = (fine_maps, load_by_place, pushed_along, curved, core_off_centre)
+    allowed = tuple(kind(amount) for kind, amount in zip(kinds, IN_MIXTURE, strict=True))
+    others = tuple(name for name in names if name != "place_error")
     return {
         **{cause: Alone(free) for cause, free in INFERRED.items()},
         CURVED: Alone(made=(surface,)),
         **{cause: Alone(made=(each,)) for cause, each in made.items()},
         TOGETHER: Alone(names, (surface,)),
-        ALL: Alone(names, (surface, *made.values())),
+        ALLOWED: Alone(others, allowed),
+        # errors of the elements' own take the part of fine maps there
+        ALL: Alone(names, (surface, *(cause for name, cause in made.items() if name != FINE))),
         "none: noise alone": Alone(),
     }
 
@@ -156,12 +166,13 @@ def touched(u: Unknowns, seed: int, made: tuple[Cause, ...] = ()) -> Seen:
     base = radius(silent)
     curved_mm = read_by_curvature(u, true, added.curvature_per_mm)[1]
     seen, bias = (radius(each) - base + curved_mm for each in (averaged, reach.fit(missed, np.zeros(shape))))
-    expected = reach.fit(foretold(finger, found, reach), np.zeros(shape))
-    by_edges = radius(expected) - base
-    # what flats read beside what the edges foretell is taken for curvature
     at = np.arange(0, shape[1], int(DESIGN.flat_step_deg))
+    flat_strains = missed + quiet * rng.standard_normal((*shape, len(quiet)))
+    strains = foretold(finger, found, reach, contact_shares(u, true), flat_strains[:, _FLAT, at], at)
+    by_edges = radius(reach.fit(strains, np.zeros(shape))) - base
+    # what flats read beside what the edges foretell is taken for curvature
     per_f = read_by_curvature(u, true, np.ones(shape[1]))[1]
-    flats = reach.fit(missed + quiet * rng.standard_normal((*shape, len(quiet))), 0 * drift)
+    flats = reach.fit(flat_strains, 0 * drift)
     left = (radius(flats) - base + curved_mm - by_edges)[:, _FLAT, at] / per_f[_FLAT, at]
     share = np.clip(1 - _noise_of_flats(reach, quiet, u) / per_f[_FLAT, 0] ** 2 / (left**2).mean(axis=1), 0.0, 1.0)
     guess = np.array([np.interp(LOCATIONS_DEG, LOCATIONS_DEG[at], s * x) for s, x in zip(share, left, strict=True)])
@@ -178,20 +189,28 @@ def _noise_of_flats(reach: TouchFits, quiet: FloatArray, u: Unknowns) -> float:
     return float(per_kappa**2 * np.mean((solve[:, 2] ** 2 * quiet**2).sum(axis=-1)))
 
 
-def foretold(finger: LinearFinger, found: Calibrated, reach: TouchFits) -> FloatArray:
+def foretold(
+    finger: LinearFinger,
+    found: Calibrated,
+    reach: TouchFits,
+    shares: FloatArray,
+    flat_strains: FloatArray,
+    at: FloatArray,
+) -> FloatArray:
     """Errors of strains that the edges foretell, (2, tips, places, m): the identified map, and errors of the places.
 
-    Of what the edges leave over, errors of location and a factor of the touch are taken off (`residual_parts`).
+    Of what the edges leave over, errors of location and a factor of the touch are taken off (`residual_parts`). A tip
+    has the rest as the edge at its place had it, or as the mean over its contact (`shares`): whichever is nearer to
+    the errors of the flats, `flat_strains` (2, flats, m) at the places `at`.
     """
     patterns = np.stack([finger.by_degree, finger.by_load], axis=-1)
     parts = ResidualParts.of(found.residual, patterns, finger.levels**2 / SAMPLES)
     better = found.absorbed[1]
-    return np.array(
-        [
-            finger.felt([b - a for a, b in zip(absorbed, better, strict=True)], reach) + parts.places[AT]
-            for absorbed in found.absorbed
-        ]
+    of_maps = np.array(
+        [finger.felt([b - a for a, b in zip(absorbed, better, strict=True)], reach) for absorbed in found.absorbed]
     )
+    ways = [of_maps + parts.places[AT], of_maps + shares @ parts.places]
+    return min(ways, key=lambda each: float(((each[:, _FLAT, at] - flat_strains) ** 2).sum()))
 
 
 def r_squared(predicted: FloatArray, seen: FloatArray) -> float:
