@@ -18,7 +18,10 @@ from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.residual_parts import ResidualParts
 from nicolson_fearing.surface_causes import (
     CURVATURE_LENGTH_DEG,
+    contact_shares,
     curved,
+    each_touch,
+    fine_maps,
     load_by_place,
     pushed_along,
     surface_tables,
@@ -73,6 +76,30 @@ def test_curvature_is_smooth_and_as_large_as_said() -> None:
     assert drawn.std() == pytest.approx(0.01, rel=0.05)
     lag = int(CURVATURE_LENGTH_DEG)
     assert np.mean(drawn[:, lag:] * drawn[:, :-lag]) / drawn.var() == pytest.approx(np.exp(-0.5), abs=0.06)
+
+
+def test_a_contact_takes_the_mean_over_the_places_that_it_presses_on() -> None:
+    shares = contact_shares(PLANE, RADII)
+    edge = TIPS_MM.index(0.0)
+    assert shares[edge, PLACE] == pytest.approx(1.0 * (np.arange(len(EDGES_DEG)) == AT[PLACE]), abs=1e-6)
+    width, load = best_ellipse(np.array([LOAD / 1000 * RADII[TIP] / PLANE.modulus_MPa]), POISSON_RATIO, np.inf)
+    assert shares[TIP].sum(axis=-1) == pytest.approx(load[0])
+    off = R_B * np.radians(LOCATIONS_DEG[PLACE] - EDGES_DEG)
+    mean_square = float(shares[TIP, PLACE] @ off**2) / load[0]
+    assert mean_square == pytest.approx(width[0] ** 2 / 4, rel=0.05)  # of an elliptic pressure; steps of a degree
+
+
+def test_blunt_tips_feel_less_of_a_fine_map_than_edges() -> None:
+    elements = LinearFinger.of(0)
+    added = fine_maps(2.0)(elements, PLANE, RADII, np.random.default_rng(3))
+    sd = added.tips.std(axis=(1, 2))
+    squares = (contact_shares(PLANE, RADII) ** 2).sum(axis=-1).mean(axis=-1)
+    # white errors: their variance is the sum of the squares of the weights; 40 places of 16 elements, correlated
+    assert added.edges.std() == pytest.approx(2.0, rel=0.05)
+    assert sd / sd[TIPS_MM.index(0.0)] == pytest.approx(np.sqrt(squares / squares[TIPS_MM.index(0.0)]), rel=0.25)
+    each = each_touch(2.0)(elements, PLANE, RADII, np.random.default_rng(3))
+    assert each.tips.std() == pytest.approx(2.0, rel=0.05)
+    assert abs(np.corrcoef(each.tips[TIP].ravel(), each.tips[0].ravel())[0, 1]) < 0.16  # four standard errors of none
 
 
 def test_a_surface_without_errors_changes_no_table() -> None:
