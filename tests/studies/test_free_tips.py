@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from nicolson_fearing.table_3_effects import CONTACTS, LAYER, TRUTH, squeezed
 from nicolson_fearing.table_3_residual import squeeze_of_layer
 from nicolson_fearing.table_3_widths import squeeze_of_s_map
 from nicolson_fearing.width_laws import BY_FACTOR, CONSTANT, EXACT, LAWS, NarrowerLayer, WidthLaw
+from study_modules import is_drawn, study
 
 TIP, OTHER = 2, 6
 
@@ -46,6 +48,20 @@ def test_the_law_by_which_widths_were_made_is_found(
     assert np.abs(found.residual_mm).max() < 0.1
     exact = replace(free(), law=EXACT).posterior()
     assert found.log_evidence > exact.log_evidence + 3 and exact.of_law == ()
+
+
+def test_the_study_of_laws_says_and_draws_what_it_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = study("nicolson_fearing/table_3_widths")
+    made = replace(free(), law=CONSTANT)
+    monkeypatch.setattr(module.FreeTips, "simulated", lambda small: made)
+    found = module.main(True, tmp_path)
+    assert set(found.laws) == {EXACT.name, CONSTANT.name}
+    exact, constant = (found.laws[law.name] for law in (EXACT, CONSTANT))
+    text = module.tables(found)
+    for i in range(2):  # evidence over that of a constant, with the tip of 3.90 mm as printed and free
+        assert f"{exact[i].log_evidence - constant[i].log_evidence:+.1f}" in text
+    assert "squeeze (mm)" in text and "| 25.25 |" in text
+    assert is_drawn(tmp_path / "table_3_widths.png")
 
 
 def test_a_narrower_layer_is_narrower_by_what_is_said() -> None:

@@ -28,6 +28,7 @@ RUN_ELSEWHERE = {
     *(f"nicolson_fearing/table_{name}" for name in ("1", "2", "3", "4", "3_diagnosis", "3_modulus", "3_residual")),
     *(f"nicolson_fearing/figure_{name}" for name in ("4", "12", "13")),
     *(f"nicolson_fearing/{name}" for name in ("compare_published", "ridge", "sweet_spots", "sweet_spots_of_places")),
+    *(f"nicolson_fearing/{name}" for name in ("place_mixtures", "table_3_widths")),
 }
 #: Print alone, or write files that their options name.
 NO_FOLDER = {

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import study_modules  # noqa: F401  # it makes nicolson_fearing known
 from independent.body import Annulus
 from independent.finger import Finger, Press
+from nicolson_fearing.explained_case import LENGTH_MM, Case
+from nicolson_fearing.explained_fingers import ExplainedFingers
+from nicolson_fearing.explained_fit import Explanation
 from nicolson_fearing.finger_errors import AT, EDGES_DEG
 from nicolson_fearing.linear_finger import LinearFinger
 from nicolson_fearing.linear_touches import LOAD, PER_KAPPA, R_A, R_B, best_ellipse, read_by_curvature
@@ -27,6 +31,7 @@ from nicolson_fearing.surface_causes import (
     surface_tables,
 )
 from nicolson_fearing.unknowns import Unknowns
+from study_modules import is_drawn, study
 
 from bayestouch.contact import composite_radius
 
@@ -108,6 +113,23 @@ def test_a_surface_without_errors_changes_no_table() -> None:
     assert np.all(none.table_4 == plain.table_4) and np.all(none.table_3 == plain.table_3)
     rough = surface_tables(elements, replace(PLANE, curvature_per_mm=0.01, core_mm=0.3, push=5.0, load_by_place=3.0), 3)
     assert np.all(rough.table_4[:, 1] > 1.02 * plain.table_4[:, 1])
+
+
+def test_the_study_of_mixtures_says_and_draws_what_it_found(tmp_path: Path) -> None:
+    """Two unknowns in place of fifteen: few fingers are enough for the regression."""
+    module = study("nicolson_fearing/place_mixtures")
+    causes = ("place_error", "push")
+    fixed = replace(Unknowns(length_mm=LENGTH_MM), modulus_MPa=0.128, squeeze_mm=0.218, jitter=4.2, tip_sd_mm=0.28)
+    inferred = Explanation("two", causes, fixed, ("table_2", "table_4")).inferred(draws=30, steps=100)
+    mixture = module.Mixture(causes, Case(inferred, ExplainedFingers.of(inferred, 12)))
+    assert mixture.name == "own + push"
+    own, push = inferred.of_name("place_error"), inferred.of_name("push")
+    assert 1.0 < own.mean() < 1.8  # Table 2 alone asks for it: 1.41 % with noise
+    text = module.for_the_page([mixture])
+    assert f"own {own.mean():.2f} (" in text and f"push {push.mean():.2f} (" in text and "| +0 |" in text
+    assert "9.1" in text.splitlines()[2]  # the printed row
+    module.picture(tmp_path, [mixture] * 3)
+    assert is_drawn(tmp_path / "place_mixtures.png")
 
 
 def made_residuals(sizes: np.ndarray, own: np.ndarray, noise: np.ndarray, n: int) -> tuple[np.ndarray, ...]:
