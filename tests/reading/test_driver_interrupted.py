@@ -99,9 +99,9 @@ def test_a_killed_run_goes_on_and_ends_the_same(files: tuple[Path, Path], tmp_pa
 
 
 @pytest.mark.slow
-def test_a_run_killed_15_times_ends_the_same(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_run_killed_six_times_ends_the_same(files: tuple[Path, Path], tmp_path: Path) -> None:
     """A hundred kills are in `studies/interruptions.py`."""
-    _killed_again_and_again(files, tmp_path, 15, random.Random(4))
+    _killed_again_and_again(files, tmp_path, 6, random.Random(4))
 
 
 _DEADLY = """
