@@ -202,11 +202,12 @@ class PadEffects:
 
     def as_read(self, acting: FloatArray) -> FloatArray:
         """Load as read by the force sensor, from acting loads of any shape: inverse of `acting` where it increases."""
-        return self._inverse(acting, self._corrected)
+        return np.asarray(np.interp(acting, *self._read_by_acting))
 
     def pressing(self, acting: FloatArray) -> FloatArray:
         """True load from acting loads of any shape: inverse of the effects of the contact."""
-        return self._inverse(acting, [pair for pair in self._corrected if pair[0].stage != "rig"])
+        contact = [pair for pair in self._corrected if pair[0].stage != "rig"]
+        return np.asarray(np.interp(acting, *self._inverse(contact)))
 
     def pressing_slope(self, acting: FloatArray) -> FloatArray:
         """Derivative of `pressing`, any shape; zero for acting loads that no tabulated true load gives."""
@@ -221,12 +222,17 @@ class PadEffects:
             recording = effect.pose(recording, values)
         return recording.load
 
-    def _inverse(self, acting: FloatArray, effects: Sequence[tuple[Effect, Values]]) -> FloatArray:
-        grid = self.reference_load * np.linspace(0.0, 20.0, GRID)
-        there = np.maximum.accumulate(self._posed(grid, effects))
-        return np.asarray(np.interp(acting, there, grid))
+    @cached_property
+    def _read_by_acting(self) -> tuple[FloatArray, FloatArray]:
+        """Acting loads and loads as read; once, as a live reader asks for them at every touch."""
+        return self._inverse(self._corrected)
 
-    @property
+    def _inverse(self, effects: Sequence[tuple[Effect, Values]]) -> tuple[FloatArray, FloatArray]:
+        """Loads after some effects, increasing, and loads before them."""
+        grid = self.reference_load * np.linspace(0.0, 20.0, GRID)
+        return np.maximum.accumulate(self._posed(grid, effects)), grid
+
+    @cached_property
     def load_slope(self) -> float:
         """Derivative of the acting load over the load as read, at the reference load."""
         return float(self._slope(np.array([self.reference_load]))[0])

@@ -21,7 +21,7 @@ from scipy.stats import multivariate_t
 from bayestouch.contact import composite_radius
 from bayestouch.paper.published import TABLE_3, number
 from nicolson_fearing.finger_errors import Tables
-from nicolson_fearing.linear_finger import LinearFinger
+from nicolson_fearing.linear_finger import FINGERS, LinearFinger
 from nicolson_fearing.linear_touches import R_B, read_slopes
 from nicolson_fearing.paper_finger import CALIBRATIONS
 from nicolson_fearing.published_fits import FLOOR_MM, SHRINKAGE, TIP_SHARE
@@ -37,7 +37,6 @@ TIP_KEYS = tuple(f"table_3[{row.r_c:.2f}].{c}_{k}" for c in _CONTACTS for k in C
 ERROR_KEYS = tuple(f"table_4.{k}.{part}.{name}" for k in CALIBRATIONS for part in _PARTS for name in _COLUMNS)
 KEYS = (*ELEMENT_KEYS, *TIP_KEYS, *ERROR_KEYS)
 OF_TIPS = np.array([key in TIP_KEYS for key in KEYS])
-FINGERS = 24
 DRAWS, ROUNDS, WIDEN, LEAST_WIDTH, REACH = 250, 4, 1.5, 0.08, 3.0
 MOST_ROUNDS, ENOUGH = 7, 50
 """Rounds go on until this many proposals of the evidence are worth one."""

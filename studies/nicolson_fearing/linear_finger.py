@@ -48,6 +48,8 @@ from nicolson_fearing.unknowns import Unknowns
 
 FloatArray = NDArray[np.float64]
 
+FINGERS = 24
+"""Fingers over which unknowns are inferred; what does not depend on the unknowns is remembered of each."""
 BLUNTEST = 0.97
 """Largest R, as a share of that of a flat, whose r_c counts in a mean: the r_c of a flat is infinite."""
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.contact.hertz import elliptic_spectrum
 from nicolson_fearing.finger_errors import AT, EDGES_DEG, Added
-from nicolson_fearing.linear_finger import LinearFinger
+from nicolson_fearing.linear_finger import FINGERS, LinearFinger
 from nicolson_fearing.linear_touches import LOAD, MODES, R_A, R_B, best_ellipse, felt
 from nicolson_fearing.paper_finger import POISSON_RATIO
 from nicolson_fearing.paper_run import TIPS_MM
@@ -34,7 +34,6 @@ LENGTH_MM, BESIDE_MM = 2.0, 1.0
 """Half the length of the elements along the axis, and the distance of their middle from that of the tips."""
 _GAUSS, _SHARES = np.array([-0.775, 0.0, 0.775]), np.array([5, 8, 5]) / 18  # points and weights of a mean over a length
 _STEP_MM = 0.02
-FINGERS = 24  # whose derivatives are remembered
 
 
 Cause = Callable[[LinearFinger, Unknowns, FloatArray, np.random.Generator], Added]

@@ -93,10 +93,10 @@ def table_3() -> FloatArray:
     return np.array([[printed(contact, calibration) for calibration in CALIBRATIONS] for contact in CONTACTS])
 
 
-def squeezed(squeeze_mm: float) -> SqueezedHertz:
+def squeezed(squeeze_mm: float, ratio: float = 1.0) -> SqueezedHertz:
     """The authors' reader."""
     assert isinstance(HERTZ, HertzContact)
-    return SqueezedHertz(HERTZ, squeeze_mm)
+    return SqueezedHertz(HERTZ, squeeze_mm, ratio)
 
 
 def explain(

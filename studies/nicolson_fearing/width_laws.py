@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.contact.layer import LayerContact
-from nicolson_fearing.simulated_fits import HERTZ, WidthModel
+from nicolson_fearing.simulated_fits import WidthModel
 from nicolson_fearing.squeezed_hertz import SqueezedHertz
 from nicolson_fearing.table_3_effects import LAYER, SQUEEZES_MM, squeezed
 
@@ -75,7 +75,7 @@ def _even(first: float, last: float, count: int) -> tuple[float, ...]:
 
 
 def _squeezed_by(factor: float, squeeze_mm: float = 0.0) -> SqueezedHertz:
-    return SqueezedHertz(HERTZ, squeeze_mm, factor)  # type: ignore[arg-type]  # it is Hertz's contact
+    return squeezed(squeeze_mm, factor)
 
 
 EXACT = WidthLaw("exact contact on the layer", lambda: LAYER)

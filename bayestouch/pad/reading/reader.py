@@ -114,6 +114,7 @@ class PadReader:
         settings = calibration.settings
         if settings.get("body") != "pad":
             raise InputError("expected the calibration of a pad, got that of a finger")
+        effects = PadEffects.of(calibration)
         map_ = PadMap.from_arrays(calibration.extra)
         map_ = map_.exact() if plug_in else map_
         return cls(
@@ -124,8 +125,8 @@ class PadReader:
             load_measured=bool(settings["load_measured"]),
             samples=str(settings["samples"]),
             usable=np.asarray(calibration.extra[USABLE]) > 0,
-            changes_of_load=_changes_of_load(calibration) if map_.n_causes else None,
-            effects=PadEffects.of(calibration),
+            changes_of_load=_changes_of_load(effects) if map_.n_causes else None,
+            effects=effects,
         )
 
     def measured_load_sd(self, load: FloatArray, reads: FloatArray) -> FloatArray:
@@ -238,9 +239,8 @@ class PadReader:
         return signal, np.where(counts > 0, total, 1.0)
 
 
-def _changes_of_load(calibration: Calibration) -> FloatArray:
+def _changes_of_load(effects: PadEffects | None) -> FloatArray:
     """`PadReader.changes_of_load` of a calibration with effects."""
-    effects = PadEffects.of(calibration)
     assert effects is not None
     acting = effects.acting_of_pressed(effects.reference_load * np.linspace(0.0, MOST_LOAD, LOADS))
     acting = np.maximum.accumulate(acting)

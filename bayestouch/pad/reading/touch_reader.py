@@ -80,7 +80,7 @@ class PadTouchReader:
         settings = calibration.settings
         sampler = PadSampler.of(PadReader.from_calibration(calibration, plug_in=options.plug_in))
         kernel, load_unit = str(settings["kernel"]), str(settings["load_unit"])
-        return cls(options, sampler, kernel, load_unit, calibration.rows.load, PadEffects.of(calibration))
+        return cls(options, sampler, kernel, load_unit, calibration.rows.load, sampler.reader.effects)
 
     @property
     def needs_whole_table(self) -> bool:
