@@ -91,7 +91,7 @@ def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
     data, before = diagnosis.traced.data, diagnosis.traced.before
     observed, table = data.observations(data.training), data.table.select(data.training)
     name = str(before.calibration.settings["kernel"])
-    alone = pad_fit(observed, table, data.dataset, kernel=name, empirical=False)
+    alone, _ = pad_fit(observed, table, data.dataset, kernel=name, empirical=False)
     assert before.held_out is not None
     return Found(case, dataset, diagnosis, held_out(alone, None, before.held_out.observed, before.fitted.model.peak))
 

@@ -117,7 +117,7 @@ def recovered(case: Case, seed: int) -> Recovered:
         data = load_dataset(pad.write(known, unknown, Path(folder)))
     parted = SplitData.of_calibration(data)
     observed, table = parted.observations(parted.training), parted.table.select(parted.training)
-    base = pad_fit(observed, table, parted.dataset, kernel=case.kernel, empirical=False)
+    base, _ = pad_fit(observed, table, parted.dataset, kernel=case.kernel, empirical=False)
     setting = parted.setting("", base.model.reference_load)
     (effect,) = named_effects([case.name], setting)
     fitted, noise = _with_effect(base, effect, {})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -25,6 +25,7 @@ from bayestouch.model.timing import Timing
 from bayestouch.model.touch_errors import Infer, TouchReading
 from bayestouch.pad.calibration import choose_pad
 from bayestouch.pad.calibration_with_effects import pad_calibration
+from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.choice import EMPIRICAL
 from bayestouch.pad.corrected import goes_with_place
 from bayestouch.pad.density import PadDensity
@@ -62,7 +63,7 @@ def begin(
     training, table = data.observations(data.searched), data.table.select(data.searched)
     empirical = EMPIRICAL[e_map]
     with_map = empirical is not False
-    fitted = pad_fit(
+    fitted, models = pad_fit(
         training, table, data.dataset, kernel=kernel or "auto", empirical=with_map, stated=priors, seed=seed
     )
     assert isinstance(fitted.model, PadModel)
@@ -74,6 +75,8 @@ def begin(
     evaluation = PadEvaluation(
         data, setting, observed, kernel, draws, seed, fitted.model.peak, tuple(groups), used, empirical, notes
     )
+    if not priors and np.array_equal(data.searched, data.training):
+        evaluation = replace(evaluation, models=models)
     no_correction = "" if with_map else 'on a pad it is an empirical map, and e_map is "model"'
     return Beginning(fitted, setting, _not_of_place(setting), evaluation, no_correction)
 
@@ -121,6 +124,8 @@ class PadEvaluation:
         Whether calibrations have an empirical map.
     notes : tuple of str
         Notes of calibrations on stated priors.
+    models : mapping of str to PadCandidate
+        Models of all training touches without effects, by name, that were fitted at the start.
     """
 
     data: SplitData
@@ -134,6 +139,7 @@ class PadEvaluation:
     priors: Mapping[str, Prior] = field(default_factory=dict)
     empirical: bool | Literal["auto"] = "auto"
     notes: tuple[str, ...] = ()
+    models: Mapping[str, PadCandidate] = field(default_factory=dict)
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of the fit, for `bayestouch.infer`; with a correction, touches are read with a finer map."""
@@ -158,6 +164,7 @@ class PadEvaluation:
             seed=self.seed,
             notes=(*data.notes, *self.notes),
             groups=self.groups,
+            models=self.models,
         )
 
     def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:

@@ -153,8 +153,12 @@ def choose_pad(
     seed: int = 0,
     progress: Progress | None = None,
     relative_slope: OfLoads | None = None,
+    fitted: Mapping[str, PadCandidate] | None = None,
 ) -> ChosenPad:
-    """Choose the model of a pad; parameters and errors as in `calibrate_pad`, `relative_slope` as in `pad_problem`."""
+    """Choose the model of a pad; parameters and errors as in `calibrate_pad`.
+
+    `relative_slope` is that of `pad_problem`, `fitted` that of `choose_model`.
+    """
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
         raise InputError(f"samples: expected {' or '.join(SAMPLES)}, got {samples!r}{nearest(str(samples), SAMPLES)}")
@@ -171,7 +175,7 @@ def choose_pad(
         stated=stated,
         relative_slope=relative_slope,
     )
-    model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
+    model, rivals = choose_model(problem, dataset, kernel, empirical, progress, fitted)
     name = next(name for name, rival in rivals.items() if rival is model)
     _, unused = used_priors(problem.priors.stated, model.fit.chain)
     notes = [*dataset.notes, *dataset.calibration.notes, *notes, *unused]

@@ -25,6 +25,7 @@ from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.timing import Timing
 from bayestouch.pad.calibration import ChosenPad, choose_pad, drawn
+from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.choice import WORTH_A_MAP
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.density import PadDensity
@@ -64,6 +65,7 @@ def pad_calibration(
     seed: int,
     notes: tuple[str, ...],
     groups: Sequence[str] = (),
+    models: Mapping[str, PadCandidate] | None = None,
 ) -> Calibration:
     """Calibration of a pad from its training touches, corrected for the effects of a fit.
 
@@ -93,6 +95,9 @@ def pad_calibration(
         Notes for the calibration.
     groups : sequence of str
         Groups of the ArviZ schema, see `bayestouch.results.schema.GROUPS`.
+    models : mapping of str to PadCandidate, optional
+        Models of all training touches without effects, by name, from the means of their samples. They are fitted if
+        they are not given.
 
     Raises
     ------
@@ -119,6 +124,7 @@ def pad_calibration(
         samples=samples,
         seed=seed,
         relative_slope=relative_slope,
+        fitted=models if samples == "mean" and not added else None,
     )
     if added:
         posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added, groups=groups)

@@ -46,15 +46,30 @@ def left_out_density(left_out: LeftOut, noise: Noise, load_spread: float) -> Flo
     An error of the load changes all readings of a touch in proportion to their signal v: the covariance is
     ``diag(sd² + variance) + s² v vᵀ``.
     """
+    return _density_with_slopes(left_out, noise, load_spread)[0]
+
+
+def _density_with_slopes(
+    left_out: LeftOut, noise: Noise, load_spread: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """`left_out_density` (n,), and its derivatives over the variance of each reading (n, m) and over ln s (n,)."""
     here = np.isfinite(left_out.residual)
     sd2 = noise.mean_sd(left_out.counts, np.where(here, left_out.signal, 0.0)) ** 2
     diagonal = np.where(here, sd2 + left_out.variance, 1.0)
     spread = np.where(np.isnan(left_out.load_share), load_spread, left_out.load_share)
     by_load = np.where(here, spread[:, None] * left_out.signal, 0.0)
+    residual = np.where(here, left_out.residual, 0.0)
     covariance = DiagonalPlusRankOne(np.sqrt(diagonal), by_load)
-    square = covariance.squared_distance(np.where(here, left_out.residual, 0.0))
-    logs = np.log(diagonal).sum(axis=1) + np.log(1 + covariance.length2) + here.sum(axis=1) * np.log(2 * np.pi)
-    return np.asarray(-0.5 * (square + logs))
+    square, grown = covariance.squared_distance(residual), 1 + covariance.length2
+    logs = np.log(diagonal).sum(axis=1) + np.log(grown) + here.sum(axis=1) * np.log(2 * np.pi)
+    # Inverse covariance times residual, and its diagonal.
+    load_weight = by_load / diagonal
+    along = (load_weight * residual).sum(axis=1) / grown
+    weighted = residual / diagonal - load_weight * along[:, None]
+    precision = 1 / diagonal - load_weight**2 / grown[:, None]
+    by_variance = np.where(here, 0.5 * (weighted**2 - precision), 0.0)
+    by_spread = along**2 - covariance.length2 / grown
+    return np.asarray(-0.5 * (square + logs)), by_variance, by_spread
 
 
 def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: float) -> tuple[Noise, float]:
@@ -88,21 +103,29 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
     absolute = np.where(here, np.abs(left_out.residual), np.nan)
     typical = np.array([np.nanmedian(each) if np.isfinite(each).any() else 0.0 for each in absolute.T])
     common = float(np.clip(np.median(typical / size) / 0.67, 1e-5, 1.0))
-    inferred = bool(np.isnan(left_out.load_share).any())
+    unmeasured = np.isnan(left_out.load_share)
+    inferred = bool(unmeasured.any())
+    signal = np.where(here, left_out.signal, 0.0)
 
     def unpack(vector: FloatArray) -> tuple[Noise, float]:
         share, spread, floor = np.exp(vector[:3])
         discrepancy = floor * np.exp(vector[3:]) * size
         return Noise(tactile, discrepancy, float(share), force_sd), float(spread) if inferred else np.nan
 
-    def cost(vector: FloatArray) -> float:
+    def cost(vector: FloatArray) -> tuple[float, FloatArray]:
+        noise, spread = unpack(vector)
+        density, by_variance, by_spread = _density_with_slopes(left_out, noise, spread)
         departure = vector[3:] / FLOOR_SPREAD
-        return 0.5 * float(departure @ departure) - float(left_out_density(left_out, *unpack(vector)).sum())
+        # Derivatives of a variance over the logarithms of its share and of its floor.
+        by_floor = 2 * noise.discrepancy_sd**2 * by_variance.sum(axis=0)
+        by_share = 2 * noise.signal_share**2 * float((by_variance * signal**2).sum())
+        gradient = np.r_[by_share, by_spread[unmeasured].sum(), by_floor.sum(), by_floor - departure / FLOOR_SPREAD]
+        return 0.5 * float(departure @ departure) - float(density.sum()), -gradient
 
     # Lower bounds: a share of 1e-5 and a floor of 1e-6 of the signal are negligible; no calibration shows that loads
     # repeat to better than 1e-3.
     low = np.r_[np.log([1e-5, 1e-3, 1e-6]), np.full(m, -3.0)]
     high = np.r_[np.log([1.0, 1.0, 1.0]), np.full(m, 3.0)]
     start = np.r_[np.log([0.01, 0.01, common]), np.zeros(m)]
-    solution = minimize(cost, start, method="L-BFGS-B", bounds=list(zip(low, high, strict=True)))
+    solution = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=list(zip(low, high, strict=True)))
     return unpack(np.asarray(solution.x))

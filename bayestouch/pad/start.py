@@ -48,8 +48,8 @@ def pad_fit(
     empirical: bool | Literal["auto"] = "auto",
     stated: Mapping[str, Prior] | None = None,
     seed: int = 0,
-) -> Fitted:
-    """Fit of a pad without effects, with the kernel and the map of its calibration.
+) -> tuple[Fitted, dict[str, PadCandidate]]:
+    """Fit of a pad without effects, with the kernel and the map of its calibration; and the models it is chosen from.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def pad_fit(
     """
     pad = pad_of(dataset.sensor)
     problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed, kernel=kernel, stated=stated)
-    chosen, _ = choose_model(problem, dataset, kernel, empirical)
+    chosen, models = choose_model(problem, dataset, kernel, empirical)
     model = pad_model(problem, chosen, observed, pad, MapBasis.of(chosen) if chosen.has_map else None)
     vector = model.start(chosen.fit.chain)
     reads = np.maximum(observed.means.counts.max(axis=1), 1)
@@ -77,7 +77,7 @@ def pad_fit(
     load_sd = np.broadcast_to(share * model.load, model.load.shape).copy()
     noise = NoiseModel(pad_noise(model, vector), load_sd, model.peak)
     first = fit(model, vector, noise)
-    return fit(model, first.vector, noise.with_(sd=pad_noise(model, first.vector)))
+    return fit(model, first.vector, noise.with_(sd=pad_noise(model, first.vector))), models
 
 
 def pad_model(

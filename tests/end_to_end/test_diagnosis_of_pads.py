@@ -38,7 +38,7 @@ def fitted() -> tuple[SplitData, Fitted]:
     pad = line()
     data = SplitData.of(replace(pad.dataset(pressed(pad, samples=3)), calibration=None))
     table = data.table.select(data.training)
-    return data, pad_fit(data.observations(data.training), table, data.dataset, kernel="gaussian", empirical=True)
+    return data, pad_fit(data.observations(data.training), table, data.dataset, kernel="gaussian", empirical=True)[0]
 
 
 def test_a_pad_that_is_as_its_model_is_adequate() -> None:

@@ -21,7 +21,6 @@ from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.load import load_statistics
 from bayestouch.pad.misfit_fit import _evidence
-from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.pad.table import tabulate
@@ -236,36 +235,6 @@ def test_missing_reading_tells_nothing() -> None:
     # A missing reading has 1e9 times the variance of the others instead of none at all.
     assert whole @ whole == pytest.approx(np.sum(np.linalg.solve(part, rows[here]) ** 2), rel=1e-6)
     assert np.isnan(model.left_out.residual[5, 1]) and np.isfinite(model.score)
-
-
-def test_log_density_of_left_out_is_normal_with_a_common_load() -> None:
-    rng = np.random.default_rng(0)
-    signal, residual = rng.normal(size=(3, 4)), rng.normal(size=(3, 4))
-    variance = rng.uniform(0.1, 0.2, (3, 4))
-    residual[1, 2] = np.nan
-    left_out = LeftOut(residual, variance, signal, np.ones((3, 4), dtype=np.int64), np.array([np.nan, np.nan, 0.3]))
-    noise = Noise(np.full(4, 0.1), np.full(4, 0.2), 0.05)
-    found = left_out_density(left_out, noise, 0.1)
-    for t, spread in enumerate((0.1, 0.1, 0.3)):
-        here = np.isfinite(residual[t])
-        diagonal = noise.mean_sd(np.ones(4), signal[t]) ** 2 + variance[t]
-        covariance = np.diag(diagonal) + spread**2 * np.outer(signal[t], signal[t])
-        expected = multivariate_normal(np.zeros(here.sum()), covariance[np.ix_(here, here)]).logpdf(residual[t, here])
-        assert found[t] == pytest.approx(expected, rel=1e-10)
-
-
-def test_noise_is_found_again() -> None:
-    rng = np.random.default_rng(5)
-    n, m = 600, 4
-    signal = rng.uniform(0, 1, (n, m)) * (rng.uniform(size=(n, m)) < 0.5)
-    sd = np.hypot(0.01, 0.05 * signal)
-    residual = sd * rng.normal(size=(n, m)) + 0.1 * rng.normal(size=(n, 1)) * signal
-    left_out = LeftOut(residual, np.zeros((n, m)), signal, np.ones((n, m), dtype=np.int64), np.full(n, np.nan))
-    noise, spread = fit_noise(left_out, np.full(m, np.nan), np.nan)
-    # Four standard errors of an sd from 600 touches for spread and share, half as many readings for floors.
-    assert spread == pytest.approx(0.1, rel=0.13)
-    assert noise.signal_share == pytest.approx(0.05, rel=0.13)
-    np.testing.assert_allclose(noise.discrepancy_sd, 0.01, rtol=0.2)
 
 
 @pytest.mark.parametrize(("creep", "chosen"), [(0.1, "first"), (0.0, "mean")])

@@ -1,0 +1,65 @@
+"""Noise of a pad from readings that are left out: the density written out, its slopes, and known noise found again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime
+from scipy.stats import multivariate_normal
+
+from bayestouch.chain.noise import Noise
+from bayestouch.pad.noise import LeftOut, _density_with_slopes, fit_noise, left_out_density
+
+
+def left_out_of(seed: int) -> LeftOut:
+    """Three touches on four elements: one reading is missing, one load was measured."""
+    rng = np.random.default_rng(seed)
+    signal, residual = rng.normal(size=(3, 4)), rng.normal(size=(3, 4))
+    variance = rng.uniform(0.1, 0.2, (3, 4))
+    residual[1, 2] = np.nan
+    return LeftOut(residual, variance, signal, np.ones((3, 4), dtype=np.int64), np.array([np.nan, np.nan, 0.3]))
+
+
+def test_log_density_of_left_out_is_normal_with_a_common_load() -> None:
+    left_out = left_out_of(0)
+    signal, residual, variance = left_out.signal, left_out.residual, left_out.variance
+    noise = Noise(np.full(4, 0.1), np.full(4, 0.2), 0.05)
+    found = left_out_density(left_out, noise, 0.1)
+    for t, spread in enumerate((0.1, 0.1, 0.3)):
+        here = np.isfinite(residual[t])
+        diagonal = noise.mean_sd(np.ones(4), signal[t]) ** 2 + variance[t]
+        covariance = np.diag(diagonal) + spread**2 * np.outer(signal[t], signal[t])
+        expected = multivariate_normal(np.zeros(here.sum()), covariance[np.ix_(here, here)]).logpdf(residual[t, here])
+        assert found[t] == pytest.approx(expected, rel=1e-10)
+
+
+def test_slopes_are_those_of_the_density() -> None:
+    left_out, noise = left_out_of(1), Noise(np.full(4, 0.1), np.full(4, 0.2), 0.05)
+    _, by_variance, by_spread = _density_with_slopes(left_out, noise, 0.1)
+
+    def of_variance(change: np.ndarray) -> float:
+        moved = replace(left_out, variance=left_out.variance + change.reshape(3, 4))
+        return float(left_out_density(moved, noise, 0.1).sum())
+
+    # Forward differences of size h have an error of h/2 times the second derivative, here below 1e3.
+    numeric = approx_fprime(np.zeros(12), of_variance, 1e-7).reshape(3, 4)
+    assert by_variance[1, 2] == 0
+    np.testing.assert_allclose(by_variance, numeric, atol=1e-4)
+    changed = left_out_density(left_out, noise, 0.1 * np.exp(1e-6)) - left_out_density(left_out, noise, 0.1)
+    np.testing.assert_allclose(by_spread[:2], changed[:2] / 1e-6, atol=1e-5)
+
+
+def test_noise_is_found_again() -> None:
+    rng = np.random.default_rng(5)
+    n, m = 600, 4
+    signal = rng.uniform(0, 1, (n, m)) * (rng.uniform(size=(n, m)) < 0.5)
+    sd = np.hypot(0.01, 0.05 * signal)
+    residual = sd * rng.normal(size=(n, m)) + 0.1 * rng.normal(size=(n, 1)) * signal
+    left_out = LeftOut(residual, np.zeros((n, m)), signal, np.ones((n, m), dtype=np.int64), np.full(n, np.nan))
+    noise, spread = fit_noise(left_out, np.full(m, np.nan), np.nan)
+    # Four standard errors of an sd from 600 touches for spread and share, half as many readings for floors.
+    assert spread == pytest.approx(0.1, rel=0.13)
+    assert noise.signal_share == pytest.approx(0.05, rel=0.13)
+    np.testing.assert_allclose(noise.discrepancy_sd, 0.01, rtol=0.2)
