@@ -26,7 +26,7 @@ def choose_model(
     progress: Callable[[float], None] | None = None,
     fitted: Mapping[str, PadCandidate] | None = None,
 ) -> tuple[PadCandidate, dict[str, PadCandidate]]:
-    """The chosen model, and all fitted models by name; `fitted` are models of an equal problem, which are used again."""
+    """The chosen model, and all fitted models by name. `fitted` are those of an equal problem, which are used again."""
     fitted = fitted or {}
     dimensions = problem.known.location.shape[1]
     names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
