@@ -25,7 +25,7 @@ from bayestouch.priors.prior_text import priors_from_text
 from bayestouch.results.reading import load_calibration
 from bayestouch.sampling import ensembles
 
-PLAIN_STEPS = 5_000
+PLAIN_STEPS = 3_000
 
 
 @pytest.fixture(scope="module")
@@ -296,8 +296,9 @@ def test_moves_of_emcee_draw_the_same_calibration(monkeypatch: pytest.MonkeyPatc
 def test_three_elements_agree_with_a_long_plain_emcee_run() -> None:
     """Noise, discrepancies and force noise among the parameters; the plain run knows no proposal and no transform.
 
-    Means within 4 Monte Carlo standard errors, sds within 3 %, 5 and 95 % quantiles within 0.06 sd. Both runs are so
-    long that Monte Carlo error alone breaks none of these: a quantile scatters by 2.1/sqrt(ESS) sds.
+    Means within 4 Monte Carlo standard errors, sds within 4.5 %, 5 and 95 % quantiles within 0.13 sd. Both runs are so
+    long (ESS of 7,000 and 10,000) that Monte Carlo error alone breaks none of these: an sd scatters by 1.1 %, a
+    quantile by 2.1 sqrt(1/7,000 + 1/10,000) = 0.033 sds.
     """
     few = slice(2, 5)
     touches = known_touches(11, step=3.0)
@@ -305,18 +306,18 @@ def test_three_elements_agree_with_a_long_plain_emcee_run() -> None:
     part = touches.with_(readings=touches.readings[:, few])
     priors, _ = FingerPriors.of(sensor())
     fit, _ = fit_finger(part.averaged(), body, priors)
-    quick = sample_fit(fit, 24_000, 1)
+    quick = sample_fit(fit, 12_000, 1)
     rng = np.random.default_rng(0)
     chains = rng.multivariate_normal(fit.laplace.mode, fit.laplace.covariance, size=(4, 64))
     noise = fit.noise_shape.mean + 0.1 * rng.standard_normal((4, 64, len(fit.noise_shape.mean)))
     start = np.concatenate([chains, noise], axis=-1)
-    # it starts at the normal approximation, and 1,000 steps are twenty times its autocorrelation time of 50
-    plain = sample_plain(FingerDensity.of(fit), start, steps=PLAIN_STEPS, left_out=1000, thin=10, seed=2)
+    # it starts at the normal approximation, and 800 steps are sixteen times its autocorrelation time of 50
+    plain = sample_plain(FingerDensity.of(fit), start, steps=PLAIN_STEPS, left_out=800, thin=10, seed=2)
     assert plain.rhat.max() < 1.01 and quick.rhat.max() < 1.01
     for i in range(fit.likelihood.layout.size):
         a, b = quick.draws[:, :, 0, i], plain.draws[..., i]
         error = a.std() * np.sqrt(1 / quick.ess_bulk[0, i] + 1 / plain.ess_bulk[i])
         assert abs(a.mean() - b.mean()) < 4 * error, i
-        assert a.std() == pytest.approx(b.std(), rel=0.03), i
+        assert a.std() == pytest.approx(b.std(), rel=0.045), i
         for probability in (0.05, 0.95):
-            assert abs(np.quantile(a, probability) - np.quantile(b, probability)) < 0.06 * b.std(), i
+            assert abs(np.quantile(a, probability) - np.quantile(b, probability)) < 0.13 * b.std(), i
