@@ -283,7 +283,8 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder of the results")
     parser.add_argument("--arrays", type=Path, help="clone of Shaevitzaiden/Underwater-Tactile-Sensor")
-    parser.add_argument("--only", nargs="+", default=[], metavar="NAME", help="names of data sets")
+    names = [*sorted(each.name for each in CHANNELS.iterdir()), *(each.name for each in ARRAYS)]
+    parser.add_argument("--only", nargs="+", default=[], choices=names, metavar="NAME", help="names of data sets")
     parser.add_argument("--docs", action="store_true", help="put the tables into docs/other_pads.md")
     chosen = parser.parse_args()
     main(chosen.output, chosen.arrays, chosen.only, chosen.docs)
