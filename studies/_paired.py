@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from _page import markdown_table
+from _runs import difference_of_rms
 from _worth import Worth
 from numpy.typing import NDArray
 
@@ -16,28 +17,8 @@ HEAD = (
     "rms: after minus regression (90 % interval)",
     "without the run with the largest errors",
 )
-#: Bootstrap samples, and their seed.
-SAMPLES, SEED = 4000, 0
 
 FloatArray = NDArray[np.float64]
-
-
-def difference_of_rms(one: FloatArray, two: FloatArray, run: NDArray[np.int64]) -> tuple[float, float, float]:
-    """Rms of `one` minus that of `two`, and its central 90 % interval: errors (t,) of the same touches.
-
-    Touches of one run share errors, so that whole runs are drawn with replacement (block bootstrap: Künsch, Annals of
-    Statistics 17 (1989) 1217).
-    """
-    runs = [run == each for each in np.unique(run)]
-    sums = np.array([[(one[some] ** 2).sum(), (two[some] ** 2).sum(), some.sum()] for some in runs])
-
-    def of(some: FloatArray) -> FloatArray:
-        total = some.sum(axis=-2)
-        return np.asarray(np.sqrt(total[..., 0] / total[..., 2]) - np.sqrt(total[..., 1] / total[..., 2]))
-
-    chosen = np.random.default_rng(SEED).integers(len(runs), size=(SAMPLES, len(runs)))
-    low, high = np.quantile(of(sums[chosen]), [0.05, 0.95])
-    return float(of(sums)), float(low), float(high)
 
 
 def worst_run(*errors: FloatArray, run: NDArray[np.int64]) -> int:

@@ -55,14 +55,14 @@ def share_text(share: float, touches: int) -> str:
 class Worth:
     """Errors of held-out touches read in one way; NaN where loads were not measured.
 
-    `distance_mm` and `load_error_N` are errors of each touch; `run` is its number of the run of touches that follow
-    each other.
+    `distance_mm` and `load_error_N` are errors of each touch; `inside` and `load_inside` are 1 where its 90 % region
+    and its interval contain the truth, else 0; `run` is its number of the run of touches that follow each other.
     """
 
     way: str
     readings_percent: float
-    coverage: float
-    load_coverage: float
+    inside: NDArray[np.float64]
+    load_inside: NDArray[np.float64]
     distance_mm: NDArray[np.float64]
     load_error_N: NDArray[np.float64]
     run: NDArray[np.int64]
@@ -75,8 +75,8 @@ class Worth:
         return cls(
             way,
             rms_percent(left_by(calibration, traced.data) / traced.before.fitted.model.peak),
-            float(of["coverage_90"].mean()),
-            float(of["P_coverage_90"].mean()),
+            of["coverage_90"],
+            of["P_coverage_90"],
             distance,
             load,
             runs_of(traced),
@@ -89,12 +89,22 @@ class Worth:
         return cls(
             baseline.regression.name,
             found["touch_error_percent_peak"],
-            found["coverage_90"],
-            found["P_coverage_90"],
+            read.location_inside.astype(float),
+            baseline.load_inside,
             np.sqrt(((read.location - held.location) ** 2).sum(axis=1)),
             read.load - (np.nan if held.load is None else held.load),
             runs_of(traced),
         )
+
+    @property
+    def coverage(self) -> float:
+        """Share of 90 % regions that contain the location."""
+        return float(self.inside.mean())
+
+    @property
+    def load_coverage(self) -> float:
+        """Share of 90 % intervals that contain the load."""
+        return float(self.load_inside.mean())
 
     @property
     def median_mm(self) -> float:

@@ -24,8 +24,9 @@ from typing import Any
 
 import numpy as np
 from _page import DOCS, markdown_table, write_between
-from _paired import SAMPLES, SEED, after_and_best, difference_of_rms
+from _paired import after_and_best
 from _result_lines import Record, appending, kept_lines
+from _runs import SAMPLES, SEED, difference_of_rms, share_of_runs
 from _worth import Worth, worths
 
 import bayestouch
@@ -38,6 +39,8 @@ RESULTS = DOCS / "results" / "other_pads" / "results.jsonl"
 FIRST = RESULTS.with_name("first_run.jsonl")
 PAGE, MARK = DOCS / "other_pads.md", "<!-- made by studies/other_pads.py -->"
 MARK_FIRST = "<!-- first run, made by studies/other_pads.py -->"
+#: Share of touches that 90 % regions should hold.
+NOMINAL = 0.9
 
 
 @dataclass(frozen=True)
@@ -133,7 +136,7 @@ def result(name: str, dataset: DataSet, **options: Any) -> Record:
 
 def numbers_of(way: Worth) -> Record:
     """Errors and coverages of one way to read touches; None where the data do not have a quantity."""
-    values = {
+    values: dict[str, float] = {
         "readings_percent": way.readings_percent,
         "median_mm": way.median_mm,
         "rms_mm": way.rms_mm,
@@ -142,6 +145,8 @@ def numbers_of(way: Worth) -> Record:
         "load_coverage": way.load_coverage,
         "load_error_of_runs": shared_by_runs(way.load_error_N, way.run),
     }
+    for key, inside in (("coverage", way.inside), ("load_coverage", way.load_inside)):
+        _, values[f"{key}_low"], values[f"{key}_high"] = share_of_runs(inside, way.run)
     return {key: None if np.isnan(value) else round(value, 4) for key, value in values.items()}
 
 
@@ -193,7 +198,12 @@ def row(found: Record) -> list[str]:
         return [f"{each[key]:.2f}" for each in (ways[best["regression"]], before, after)]
 
     def held(key: str) -> str:
-        return "–" if after[key] is None else f"{before[key]:.2f} → {after[key]:.2f}"
+        if after[key] is None:
+            return "–"
+        # The first run has no intervals.
+        low, high = (after.get(f"{key}_{end}") for end in ("low", "high"))
+        interval = f" ({low:.2f} to {high:.2f})" if low is not None else ""
+        return f"{before[key]:.2f} → {after[key]:.2f}{interval}"
 
     return [
         found["name"],
@@ -228,9 +238,13 @@ def summary(records: Sequence[Record]) -> str:
         if len(some):
             first, last = np.average(some[:, :2], axis=0, weights=some[:, 2])
             low, high = coverage_interval(some[:, 1], some[:, 2])
+            ends = [[e["ways"]["after"].get(f"{key}_{end}") for end in ("low", "high")] for e in whole]
+            known = [each for each in ends if each[0] is not None]
+            right = sum(low <= NOMINAL <= high for low, high in known)
+            within = f" The interval over runs has {NOMINAL} on {right} of {len(known)} pads." if known else ""
             lines.append(
                 f"- **90 % regions of the {what}** hold {first:.2f} of the touches before and {last:.2f} after "
-                f"(90 % interval over pads {low:.2f} to {high:.2f})."
+                f"(90 % interval over pads {low:.2f} to {high:.2f}).{within}"
             )
     shared = [share for each in whole if (share := each["ways"]["after"]["load_error_of_runs"]) is not None]
     if shared:

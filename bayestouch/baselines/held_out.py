@@ -37,6 +37,14 @@ class HeldOutBaseline:
     samples: FloatArray
 
     @property
+    def load_inside(self) -> FloatArray:
+        """1 where the central 90 % interval contains the load, else 0, (t,); NaN where loads were not measured."""
+        if self.held.load is None:
+            return np.full(len(self.read.load), np.nan)
+        low, high = self.read.load_interval.T
+        return np.asarray(((low <= self.held.load) & (self.held.load <= high)).astype(float))
+
+    @property
     def errors(self) -> dict[str, float]:
         """Errors against references as the data set states them, by the keys of ``diagnosis.json``.
 
@@ -46,8 +54,6 @@ class HeldOutBaseline:
         """
         distance = np.sqrt(((self.read.location - self.held.location) ** 2).sum(axis=1))
         load = np.full(len(distance), np.nan) if self.held.load is None else self.held.load
-        low, high = self.read.load_interval.T
-        inside = (low <= load) & (load <= high)
         return {
             "prediction_error_percent_peak": rms_percent(self.samples),
             "touch_error_percent_peak": rms_percent(self.read.residual),
@@ -55,7 +61,7 @@ class HeldOutBaseline:
             "location_rms_mm": float(np.sqrt(np.mean(distance**2))),
             "coverage_90": float(self.read.location_inside.mean()),
             "P_rms_N": float(np.sqrt(np.mean((self.read.load - load) ** 2))),
-            "P_coverage_90": float("nan") if self.held.load is None else float(inside.mean()),
+            "P_coverage_90": float(self.load_inside.mean()),
         }
 
 

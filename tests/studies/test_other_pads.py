@@ -81,3 +81,33 @@ def test_errors_that_runs_share() -> None:
     assert module.shared_by_runs(np.array([2.0, 2.0, -1.0, -1.0]), run) == pytest.approx(1)
     assert module.shared_by_runs(np.array([2.0, -2.0, -1.0, 1.0]), run) == pytest.approx(0)
     assert module.shared_by_runs(np.array([3.0, 1.0, 0.0, 0.0]), run) == pytest.approx(0.8)
+
+
+def test_intervals_over_runs_are_those_of_whole_runs() -> None:
+    """Every touch of a run is inside or none is: the share scatters as that of runs, not of touches."""
+    rng, runs = np.random.default_rng(0), 40
+    inside = np.repeat((rng.uniform(size=runs) < 0.8).astype(float), 10)
+    share, low, high = study("_runs").share_of_runs(inside, np.repeat(np.arange(runs), 10))
+    assert share == inside.mean()
+    sd = np.sqrt(share * (1 - share) / runs)
+    # 1.64 sds on each side; a quantile of 4,000 samples is good to 3 %, and shares of 40 runs are a lattice of 0.025.
+    assert share - low == pytest.approx(1.64 * sd, abs=0.025 + 0.05 * sd)
+    assert high - share == pytest.approx(1.64 * sd, abs=0.025 + 0.05 * sd)
+
+
+def test_the_page_says_how_well_a_share_is_known() -> None:
+    module = study("other_pads")
+    way = {"rms_mm": 1.0, "coverage": 0.8, "load_coverage": None, "load_rms_N": None, "load_error_of_runs": None}
+    after = {**way, "coverage_low": 0.7, "coverage_high": 0.95}
+    compared = {"regression": "polynomial", "difference": 0.0, "low": -1.0, "high": 1.0}
+    found = {
+        **{"name": "a", "version": "0", "commit": "c", "seconds": 1.0, "touches": 40, "held_out": 10, "effects": []},
+        "verdict": "adequate",
+        "ways": {"before: kernel and map": way, "polynomial": way, "after": after},
+        "after_minus_best": {"distance_mm": compared, "load_error_N": None},
+    }
+    assert "0.80 → 0.80 (0.70 to 0.95)" in module.as_page([found])
+    assert "on 1 of 1 pads" in module.summary([found])
+    assert "on 0 of 1 pads" in module.summary(
+        [{**found, "ways": {**found["ways"], "after": {**after, "coverage_high": 0.85}}}]
+    )
