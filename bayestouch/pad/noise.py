@@ -13,6 +13,9 @@ from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Prior sd of the logarithm of each element's noise over the common one (a factor 1.6): equal elements are similar.
 FLOOR_SPREAD = 0.5
+# Shares at which the fit starts. From a small one alone it took noise in proportion to the signal for a floor of one
+# element in 8 of 172 fits to measured channels, with a density up to 139 nats lower; from the large one in none.
+START_SHARES = (0.3, 0.01)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +129,15 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
     # repeat to better than 1e-3.
     low = np.r_[np.log([1e-5, 1e-3, 1e-6]), np.full(m, -3.0)]
     high = np.r_[np.log([1.0, 1.0, 1.0]), np.full(m, 3.0)]
-    start = np.r_[np.log([0.01, 0.01, common]), np.zeros(m)]
-    solution = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=list(zip(low, high, strict=True)))
-    return unpack(np.asarray(solution.x))
+    solutions = [
+        minimize(
+            cost,
+            np.r_[np.log([share, 0.01, common]), np.zeros(m)],
+            jac=True,
+            method="L-BFGS-B",
+            bounds=list(zip(low, high, strict=True)),
+        )
+        for share in START_SHARES
+    ]
+    best = min(solutions, key=lambda each: float(each.fun))
+    return unpack(np.asarray(best.x))
