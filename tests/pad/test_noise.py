@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal
 
+import bayestouch
 from bayestouch.chain.noise import Noise
+from bayestouch.model.split_data import SplitData
+from bayestouch.pad.calibration import choose_pad
+from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.noise import LeftOut, _density_with_slopes, fit_noise, left_out_density
+
+CHANNEL = Path(__file__).parents[2] / "studies" / "data" / "fluid-channels" / "fluid-water-2.0"
 
 
 def left_out_of(seed: int) -> LeftOut:
@@ -63,3 +70,24 @@ def test_noise_is_found_again() -> None:
     assert spread == pytest.approx(0.1, rel=0.13)
     assert noise.signal_share == pytest.approx(0.05, rel=0.13)
     np.testing.assert_allclose(noise.discrepancy_sd, 0.01, rtol=0.2)
+
+
+def test_noise_of_a_measured_channel_is_not_that_of_a_lower_maximum(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a small share alone, the fit takes noise in proportion to the signal for the floor of one element."""
+    data = SplitData.of(bayestouch.load_dataset(CHANNEL))
+    known = replace(data.dataset, calibration=data.table.select(data.training).with_(notes=()))
+    chosen = choose_pad(known, kernel="layer-line")
+    fit = chosen.model.fit
+    residual, variance = fit.without_blocks(blocks_left_out(chosen.problem.known.n_touches))
+    left_out = replace(chosen.model.left_out, residual=residual, variance=variance)
+
+    def found() -> tuple[float, Noise]:
+        noise, spread = fit_noise(left_out, np.full(2, np.nan), chosen.problem.force_sd)
+        return float(left_out_density(left_out, noise, spread).sum()), noise
+
+    best, noise = found()
+    monkeypatch.setattr("bayestouch.pad.noise.START_SHARES", (0.01,))
+    lower, mistaken = found()
+    assert best > lower + 50
+    floors = [each.discrepancy_sd.max() / each.discrepancy_sd.min() for each in (noise, mistaken)]
+    assert floors[0] < 1.5 < floors[1]
