@@ -13,8 +13,8 @@ from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Prior sd of the logarithm of each element's noise over the common one (a factor 1.6): equal elements are similar.
 FLOOR_SPREAD = 0.5
-# Shares at which the fit starts. From a small one alone it may take noise in proportion to the signal for a floor of one
-# element, a maximum that is lower by up to a hundred nats (tests/pad/test_noise.py).
+# Shares at which the fit starts. From a small one alone it may take noise in proportion to the signal for a floor of
+# one element, a maximum that is lower by up to a hundred nats (tests/pad/test_noise.py).
 START_SHARES = (0.3, 0.01)
 
 
