@@ -21,7 +21,7 @@ from bayestouch.sampling.streams import BlockStreams
 
 # With more parameters than this, a thousand draws do not suffice to fit a mixture, and ensembles mix too slowly.
 LARGEST_RESHAPED = 8
-# Steps per kept draw of a block that is sampled again, and of one that still misses the targets with a fitted mixture.
+# Steps per kept draw of a block that is sampled again, and of one that does not meet the targets with a fitted mixture.
 # Most of these have a good mixture, but too few points for the tail of its weights: many more points take less time
 # than ensembles.
 THIN_AGAIN, THIN_LAST = 4, 32
