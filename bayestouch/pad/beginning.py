@@ -76,7 +76,7 @@ def begin(
         data, setting, observed, kernel, draws, seed, fitted.model.peak, tuple(groups), used, empirical, notes
     )
     if not priors and np.array_equal(data.searched, data.training):
-        evaluation = replace(evaluation, models=models)
+        evaluation = replace(evaluation, earlier=models)
     no_correction = "" if with_map else 'on a pad it is an empirical map, and e_map is "model"'
     return Beginning(fitted, setting, _not_of_place(setting), evaluation, no_correction)
 
@@ -124,7 +124,7 @@ class PadEvaluation:
         Whether calibrations have an empirical map.
     notes : tuple of str
         Notes of calibrations on stated priors.
-    models : mapping of str to PadCandidate
+    earlier : mapping of str to PadCandidate
         Models of all training touches without effects, by name, that were fitted at the start.
     """
 
@@ -139,7 +139,7 @@ class PadEvaluation:
     priors: Mapping[str, Prior] = field(default_factory=dict)
     empirical: bool | Literal["auto"] = "auto"
     notes: tuple[str, ...] = ()
-    models: Mapping[str, PadCandidate] = field(default_factory=dict)
+    earlier: Mapping[str, PadCandidate] = field(default_factory=dict)
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of the fit, for `bayestouch.infer`; with a correction, touches are read with a finer map."""
@@ -164,7 +164,7 @@ class PadEvaluation:
             seed=self.seed,
             notes=(*data.notes, *self.notes),
             groups=self.groups,
-            models=self.models,
+            earlier=self.earlier,
         )
 
     def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:

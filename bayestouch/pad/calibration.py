@@ -153,11 +153,11 @@ def choose_pad(
     seed: int = 0,
     progress: Progress | None = None,
     relative_slope: OfLoads | None = None,
-    fitted: Mapping[str, PadCandidate] | None = None,
+    earlier: Mapping[str, PadCandidate] | None = None,
 ) -> ChosenPad:
     """Choose the model of a pad; parameters and errors as in `calibrate_pad`.
 
-    `relative_slope` is that of `pad_problem`, `fitted` that of `choose_model`.
+    `relative_slope` is that of `pad_problem`, `earlier` that of `choose_model`.
     """
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
@@ -175,7 +175,7 @@ def choose_pad(
         stated=stated,
         relative_slope=relative_slope,
     )
-    model, rivals = choose_model(problem, dataset, kernel, empirical, progress, fitted)
+    model, rivals = choose_model(problem, dataset, kernel, empirical, progress, earlier)
     name = next(name for name, rival in rivals.items() if rival is model)
     _, unused = used_priors(problem.priors.stated, model.fit.chain)
     notes = [*dataset.notes, *dataset.calibration.notes, *notes, *unused]

@@ -65,7 +65,7 @@ def pad_calibration(
     seed: int,
     notes: tuple[str, ...],
     groups: Sequence[str] = (),
-    models: Mapping[str, PadCandidate] | None = None,
+    earlier: Mapping[str, PadCandidate] | None = None,
 ) -> Calibration:
     """Calibration of a pad from its training touches, corrected for the effects of a fit.
 
@@ -95,7 +95,7 @@ def pad_calibration(
         Notes for the calibration.
     groups : sequence of str
         Groups of the ArviZ schema, see `bayestouch.results.schema.GROUPS`.
-    models : mapping of str to PadCandidate, optional
+    earlier : mapping of str to PadCandidate, optional
         Models of all training touches without effects, by name, from the means of their samples. They are fitted if
         they are not given.
 
@@ -124,7 +124,7 @@ def pad_calibration(
         samples=samples,
         seed=seed,
         relative_slope=relative_slope,
-        fitted=models if samples == "mean" and not added else None,
+        earlier=earlier if samples == "mean" and not added else None,
     )
     if added:
         posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added, groups=groups)

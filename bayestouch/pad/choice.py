@@ -24,10 +24,10 @@ def choose_model(
     kernel: str,
     empirical: bool | Literal["auto"],
     progress: Callable[[float], None] | None = None,
-    fitted: Mapping[str, PadCandidate] | None = None,
+    earlier: Mapping[str, PadCandidate] | None = None,
 ) -> tuple[PadCandidate, dict[str, PadCandidate]]:
-    """The chosen model, and all fitted models by name. `fitted` are those of an equal problem, which are used again."""
-    fitted = fitted or {}
+    """The chosen model, and all fitted models by name; `earlier` has models of an equal problem, to be used again."""
+    earlier = earlier or {}
     dimensions = problem.known.location.shape[1]
     names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
     kernels = [problem.priors.kernel(kernel_for(name, dataset.sensor, problem.pitch_mm)) for name in names]
@@ -40,13 +40,13 @@ def choose_model(
 
     models: dict[str, PadCandidate] = {}
     for i, each in enumerate(kernels):
-        models[each.name] = fitted.get(each.name) or fit_kernel(problem, each)
+        models[each.name] = earlier.get(each.name) or fit_kernel(problem, each)
         report(0.4 * (i + 1) / len(kernels))
     best = max(models.values(), key=lambda model: model.score)
     rivals = [] if empirical is True else [best]
     if empirical is not False:
         with_map = f"{best.kernel.name} with map"
-        mapped = models[with_map] = fitted.get(with_map) or add_map(problem, best)
+        mapped = models[with_map] = earlier.get(with_map) or add_map(problem, best)
         rivals.append(mapped)
         report(0.7)
         if kernel == "auto":
