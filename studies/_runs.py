@@ -31,7 +31,12 @@ def over_runs(
 
 def share_of_runs(inside: FloatArray, run: NDArray[np.int64]) -> tuple[float, float, float]:
     """Share of touches (t,), 1 or 0 each, and its interval."""
-    return over_runs(np.stack([inside, np.ones(len(inside))], axis=1), run, lambda sums: sums[..., 0] / sums[..., 1])
+    return over_runs(np.stack([inside, np.ones(len(inside))], axis=1), run, ratio)
+
+
+def ratio(sums: FloatArray) -> FloatArray:
+    """First sum over the second, (..., 2) to (...)."""
+    return np.asarray(sums[..., 0] / sums[..., 1])
 
 
 def difference_of_rms(one: FloatArray, two: FloatArray, run: NDArray[np.int64]) -> tuple[float, float, float]:

@@ -26,7 +26,7 @@ import numpy as np
 from _page import DOCS, markdown_table, write_between
 from _paired import after_and_best
 from _result_lines import Record, appending, kept_lines
-from _runs import SAMPLES, SEED, difference_of_rms, share_of_runs
+from _runs import difference_of_rms, over_runs, ratio, share_of_runs
 from _worth import Worth, worths
 
 import bayestouch
@@ -260,10 +260,8 @@ def summary(records: Sequence[Record]) -> str:
 
 def coverage_interval(share: np.ndarray, touches: np.ndarray) -> tuple[float, float]:
     """Central 90 % interval of the share of touches (pads,), by bootstrap over pads."""
-    chosen = np.random.default_rng(SEED).integers(len(share), size=(SAMPLES, len(share)))
-    means = (share * touches)[chosen].sum(axis=1) / touches[chosen].sum(axis=1)
-    low, high = np.quantile(means, [0.05, 0.95])
-    return float(low), float(high)
+    sums = np.stack([share * touches, touches], axis=1)
+    return over_runs(sums, np.arange(len(share)), ratio)[1:]
 
 
 def as_page(records: Sequence[Record]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -72,11 +72,12 @@ def begin(
         fitted, _ = with_kernel_error(fitted)
     setting = data.setting("", fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
+    # A calibration has all training touches; stated priors are those of a kernel, which the start chooses.
+    equal = not priors and np.array_equal(data.searched, data.training)
+    peak, earlier = fitted.model.peak, models if equal else {}
     evaluation = PadEvaluation(
-        data, setting, observed, kernel, draws, seed, fitted.model.peak, tuple(groups), used, empirical, notes
+        data, setting, observed, kernel, draws, seed, peak, tuple(groups), used, empirical, notes, earlier
     )
-    if not priors and np.array_equal(data.searched, data.training):
-        evaluation = replace(evaluation, earlier=models)
     no_correction = "" if with_map else 'on a pad it is an empirical map, and e_map is "model"'
     return Beginning(fitted, setting, _not_of_place(setting), evaluation, no_correction)
 
