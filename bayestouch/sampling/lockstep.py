@@ -24,7 +24,7 @@ LARGEST_RESHAPED = 8
 # Steps per kept draw of a block that is sampled again, and of one that does not meet the targets with a fitted mixture.
 # Most of these have a good mixture, but too few points for the tail of its weights: many more points take less time
 # than ensembles.
-THIN_AGAIN, THIN_LAST = 4, 32
+THIN_AGAIN, THIN_LONGER = 4, (32, 128)
 # A proposal is good if the effective size of its points is at least this fraction of their number; points tried.
 GOOD_PROPOSAL, POINTS = 0.5, 1024
 # Purpose number of the random streams, see `BlockStreams`.
@@ -50,8 +50,9 @@ def sample_blocks(
     One `emcee.EnsembleSampler` moves the walkers of many blocks. In the first round each walker is an independence
     Metropolis chain with the proposal of its block. Blocks that miss the targets are sampled again with four steps per
     kept draw, from a mixture fitted to the posterior (or from the same proposal, if that is good and the chains were
-    only too short); if that does not suffice, with 32 steps from this mixture. Blocks that still miss the targets are
-    sampled with stretch and differential-evolution moves, each block in ensembles of its own. The better round is kept.
+    only too short); if that does not suffice, with 32 and then 128 steps from this mixture. Blocks that still miss the
+    targets are sampled with stretch and differential-evolution moves, each block in ensembles of its own. The better
+    round is kept.
     With more than eight parameters the second round uses the first proposal again and there is no third round.
 
     Parameters
@@ -115,10 +116,11 @@ def _further_rounds(run: Run, proposal: BlockProposal, numbers: IndexArray, roun
         mixture = adapt(run.log_density, proposal.select(rest), numbers[rest], run.seed)
         put(result, independence_round(run, mixture, numbers[rest], round_=2, thin=THIN_AGAIN), rest)
         still = np.flatnonzero(~result.grade[rest])
-        if len(still):
-            long = independence_round(run, mixture.select(still), numbers[rest[still]], round_=2, thin=THIN_LAST)
-            keep_better(result, long, rest[still])
-            still = still[~result.grade[rest[still]]]
+        for thin in THIN_LONGER:
+            if len(still):
+                longer = independence_round(run, mixture.select(still), numbers[rest[still]], round_=2, thin=thin)
+                keep_better(result, longer, rest[still])
+                still = still[~result.grade[rest[still]]]
         if rounds >= 3 and len(still):
             keep_better(result, ensemble_round(run, mixture.select(still), numbers[rest[still]]), rest[still])
     return result
