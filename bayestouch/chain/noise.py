@@ -25,12 +25,17 @@ class Noise(Summarised):
         Further error as a fraction of the signal (reading minus offset); averaging does not reduce it.
     force_sd : float
         Noise of one reading of the force sensor, N/m on a finger, N on a pad; NaN without a force sensor.
+    load_scatter : float
+        Standard deviation of an error that all elements of a pad share in a touch, as an error of the acting load, N:
+        they read a touch as if its load were a little different, for example because it is not pressed in the same way
+        each time. Averaging does not reduce it. Zero on a finger, and where loads were not measured.
     """
 
     tactile_sd: FloatArray
     discrepancy_sd: FloatArray
     signal_share: float = 0.0
     force_sd: float = np.nan
+    load_scatter: float = 0.0
 
     def mean_load_sd(self, reads: ArrayLike) -> FloatArray:
         """Standard deviation of a mean of `reads` readings (...) of the force sensor; NaN without one."""

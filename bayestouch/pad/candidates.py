@@ -76,6 +76,11 @@ class PadCandidate:
         return self.fit.misfit.misfit > 0
 
     @property
+    def load_errors(self) -> FloatArray:
+        """Standard deviation of the error that the readings of each touch share, over its load, (n,)."""
+        return self.left_out.load_errors(self.noise, self.load_spread)
+
+    @property
     def error_percent(self) -> float:
         """Rms of left-out readings minus prediction, percent of each element's peak, mean over elements."""
         return percent_of_peak(self.left_out.residual, self.fit.known.readings - self.fit.chain.offset)
@@ -122,9 +127,8 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
     model = _judged(problem, fit, fit.chain)
     for _ in range(_KERNEL_ROUNDS - 1):
         sd2 = model.noise.mean_sd(known.counts, model.left_out.signal) ** 2
-        spread = np.where(np.isnan(problem.load_share), model.load_spread, problem.load_share)
         # Here the error of the load counts as independent between elements, because it only determines fit weights.
-        variance = np.where(problem.present, sd2 + (spread[:, None] * model.left_out.signal) ** 2, np.inf)
+        variance = np.where(problem.present, sd2 + (model.load_errors[:, None] * model.left_out.signal) ** 2, np.inf)
         fit = fit_chain(fit.chain, flat, known, replace(misfit, variance=variance))
         model = _judged(problem, fit, fit.chain)
     return model
@@ -160,7 +164,7 @@ def with_noise_between_blocks(problem: PadProblem, model: PadCandidate) -> PadCa
     """
     residual, variance = model.fit.without_blocks(blocks_left_out(problem.known.n_touches))
     left_out = replace(model.left_out, residual=residual, variance=variance)
-    noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
+    noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd, scattered=True)
     return replace(model, noise=noise, load_spread=spread)
 
 
@@ -171,6 +175,7 @@ def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
         variance=variance,
         signal=fit.predicted() - fit.chain.offset,
         counts=problem.known.counts,
+        load=problem.known.load,
         load_share=problem.load_share,
     )
     noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)

@@ -123,8 +123,9 @@ class FinerMap:
             predicted[:, e] += covariance.columns @ covariance.weights(fit.residual[:, e])
             covariances.append(covariance)
         residual, open_ = (np.where(here, each, np.nan) for each in (residual, open_))
-        left_out = LeftOut(residual, open_, predicted - fit.chain.offset, known.counts, problem.load_share)
-        found, spread = fit_noise(left_out, known.pure_error_variance, problem.force_sd)
+        signal = predicted - fit.chain.offset
+        left_out = LeftOut(residual, open_, signal, known.counts, known.load, problem.load_share)
+        found, spread = fit_noise(left_out, known.pure_error_variance, problem.force_sd, scattered=True)
         score = float(left_out_density(left_out, found, spread).sum())
         made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score)
         loads = np.zeros(0)

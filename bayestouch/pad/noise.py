@@ -13,9 +13,12 @@ from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Prior sd of the logarithm of each element's noise over the common one (a factor 1.6): equal elements are similar.
 FLOOR_SPREAD = 0.5
-# Shares at which the fit starts. From a small one alone it may take noise in proportion to the signal for a floor of
-# one element, a maximum that is lower by up to a hundred nats (tests/pad/test_noise.py).
+# Shares in proportion to the signal at which the fit starts. From one of them alone it may end in a maximum that is
+# lower by a hundred nats (tests/pad/test_noise.py). In 263 fits to the eight channels in studies/data the better
+# of these two was the best of seven starts.
 START_SHARES = (0.3, 0.01)
+# Shared error over the load at which the fit starts.
+START_ERROR = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,22 +35,37 @@ class LeftOut:
         Expected reading minus offset.
     counts : (n, m) int array
         Number of raw readings in each mean.
+    load : (n,) array
+        Loads; all are 1 if none was measured.
     load_share : (n,) array
-        Standard deviation of each load, over the load; NaN where the load was not measured (then it is estimated).
+        Standard error of each measured load, over the load; NaN if loads were not measured (then it is estimated).
     """
 
     residual: FloatArray
     variance: FloatArray
     signal: FloatArray
     counts: NDArray[np.int64]
+    load: FloatArray
     load_share: FloatArray
+
+    def load_errors(self, noise: Noise, load_spread: float) -> FloatArray:
+        """Standard deviation of the error that the readings of a touch share, over its load, (n,)."""
+        return shared_load_errors(self.load_share, self.load, noise, load_spread)
+
+
+def shared_load_errors(load_share: FloatArray, load: FloatArray, noise: Noise, load_spread: float) -> FloatArray:
+    """Standard deviation of the error that the readings of each touch share, over its load, (n,).
+
+    Of a measured load it is its standard error `load_share` and the load scatter, else `load_spread`.
+    """
+    return np.where(np.isnan(load_share), load_spread, np.hypot(load_share, noise.load_scatter / load))
 
 
 def left_out_density(left_out: LeftOut, noise: Noise, load_spread: float) -> FloatArray:
     """Joint log predictive density of the readings of each touch, shape (n,).
 
     An error of the load changes all readings of a touch in proportion to their signal v: the covariance is
-    ``diag(sd² + variance) + s² v vᵀ``.
+    ``diag(sd² + variance) + s² v vᵀ``, s from `shared_load_errors`.
     """
     return _density_with_slopes(left_out, noise, load_spread)[0]
 
@@ -59,8 +77,8 @@ def _density_with_slopes(
     here = np.isfinite(left_out.residual)
     sd2 = noise.mean_sd(left_out.counts, np.where(here, left_out.signal, 0.0)) ** 2
     diagonal = np.where(here, sd2 + left_out.variance, 1.0)
-    spread = np.where(np.isnan(left_out.load_share), load_spread, left_out.load_share)
-    by_load = np.where(here, spread[:, None] * left_out.signal, 0.0)
+    errors = left_out.load_errors(noise, load_spread)
+    by_load = np.where(here, errors[:, None] * left_out.signal, 0.0)
     residual = np.where(here, left_out.residual, 0.0)
     covariance = DiagonalPlusRankOne(np.sqrt(diagonal), by_load)
     square, grown = covariance.squared_distance(residual), 1 + covariance.length2
@@ -75,8 +93,13 @@ def _density_with_slopes(
     return np.asarray(-0.5 * (square + logs)), by_variance, by_spread
 
 
-def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: float) -> tuple[Noise, float]:
-    """Noise of the elements, with the share in proportion to the signal, and the spread of unmeasured loads.
+def fit_noise(
+    left_out: LeftOut, pure_error_variance: FloatArray, force_sd: float, *, scattered: bool = False
+) -> tuple[Noise, float]:
+    """Noise of the elements, with the share in proportion to the signal; load scatter, or spread of unmeasured loads.
+
+    The error that the elements share in a touch shows in the correlation of their residuals. Of a single element it
+    cannot be distinguished from its own noise, and is zero.
 
     The noise of one raw reading is that of repeated samples within touches; the rest of the noise at zero signal is the
     discrepancy. Without repeats the two cannot be distinguished: all noise counts as discrepancy, which averaging does
@@ -90,6 +113,9 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
         Variance of one raw reading from repeats; NaN without repeats.
     force_sd : float
         Noise of the force sensor, N; it is only copied to the result.
+    scattered : bool
+        Whether measured loads have a scatter. Touches are read with it. Models are fitted and chosen without it: the
+        errors of a wrong model are common to the elements too, and a fit would take them for scatter.
 
     Returns
     -------
@@ -106,33 +132,36 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
     absolute = np.where(here, np.abs(left_out.residual), np.nan)
     typical = np.array([np.nanmedian(each) if np.isfinite(each).any() else 0.0 for each in absolute.T])
     common = float(np.clip(np.median(typical / size) / 0.67, 1e-5, 1.0))
-    unmeasured = np.isnan(left_out.load_share)
-    inferred = bool(unmeasured.any())
-    signal = np.where(here, left_out.signal, 0.0)
+    measured = not bool(np.isnan(left_out.load_share).any())
+    several = int(here.any(axis=0).sum()) > 1
+    signal, mean_load = np.where(here, left_out.signal, 0.0), float(left_out.load.mean())
 
     def unpack(vector: FloatArray) -> tuple[Noise, float]:
-        share, spread, floor = np.exp(vector[:3])
+        share, error, floor = np.exp(vector[:3])
         discrepancy = floor * np.exp(vector[3:]) * size
-        return Noise(tactile, discrepancy, float(share), force_sd), float(spread) if inferred else np.nan
+        scatter = float(error) * mean_load if scattered and measured and several else 0.0
+        return Noise(tactile, discrepancy, float(share), force_sd, scatter), np.nan if measured else float(error)
 
     def cost(vector: FloatArray) -> tuple[float, FloatArray]:
         noise, spread = unpack(vector)
-        density, by_variance, by_spread = _density_with_slopes(left_out, noise, spread)
+        density, by_variance, by_error = _density_with_slopes(left_out, noise, spread)
         departure = vector[3:] / FLOOR_SPREAD
         # Derivatives of a variance over the logarithms of its share and of its floor.
         by_floor = 2 * noise.discrepancy_sd**2 * by_variance.sum(axis=0)
         by_share = 2 * noise.signal_share**2 * float((by_variance * signal**2).sum())
-        gradient = np.r_[by_share, by_spread[unmeasured].sum(), by_floor.sum(), by_floor - departure / FLOOR_SPREAD]
+        # Of the variance of the shared error, the part that is estimated: all of it if loads were not measured.
+        part = (noise.load_scatter / left_out.load / left_out.load_errors(noise, spread)) ** 2 if measured else 1.0
+        gradient = np.r_[by_share, (by_error * part).sum(), by_floor.sum(), by_floor - departure / FLOOR_SPREAD]
         return 0.5 * float(departure @ departure) - float(density.sum()), -gradient
 
-    # Lower bounds: a share of 1e-5 and a floor of 1e-6 of the signal are negligible; no calibration shows that loads
-    # repeat to better than 1e-3.
-    low = np.r_[np.log([1e-5, 1e-3, 1e-6]), np.full(m, -3.0)]
+    # Lower bounds: a share or a load scatter of 1e-5 and a floor of 1e-6 of the signal are negligible; no calibration
+    # shows that unmeasured loads repeat to better than 1e-3.
+    low = np.r_[np.log([1e-5, 1e-5 if measured else 1e-3, 1e-6]), np.full(m, -3.0)]
     high = np.r_[np.log([1.0, 1.0, 1.0]), np.full(m, 3.0)]
     solutions = [
         minimize(
             cost,
-            np.r_[np.log([share, 0.01, common]), np.zeros(m)],
+            np.r_[np.log([share, START_ERROR, common]), np.zeros(m)],
             jac=True,
             method="L-BFGS-B",
             bounds=list(zip(low, high, strict=True)),

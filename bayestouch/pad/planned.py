@@ -178,11 +178,11 @@ def _map_columns(
 
 
 def _load_sd(calibration: Calibration, load: FloatArray, reads: FloatArray) -> FloatArray:
-    """Standard error of each load: of the force sensor, or the spread of loads that are not measured."""
+    """Error of each load that the elements feel: of the force sensor and load scatter, or the spread of the loads."""
     settings = calibration.settings
     if not settings["load_measured"]:
         return load * float(settings["load_sd"]) / float(settings["load_mean"])
-    sd = calibration.noise.mean_load_sd(reads)
+    sd = np.hypot(calibration.noise.mean_load_sd(reads), calibration.noise.load_scatter)
     return np.where(np.isfinite(sd) & (sd > 0), sd, load)
 
 

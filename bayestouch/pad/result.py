@@ -69,9 +69,8 @@ def pad_calibration_of(
 
 def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:
     known, left_out = problem.known, model.left_out
-    load_share = problem.load_share if problem.load_measured else np.full(known.n_touches, model.load_spread)
     noise = model.noise.mean_sd(np.maximum(known.counts, 1), left_out.signal) ** 2
-    variance = noise + left_out.variance + (load_share[:, None] * left_out.signal) ** 2
+    variance = noise + left_out.variance + (model.load_errors[:, None] * left_out.signal) ** 2
     return TouchRows(
         touch=known.touch,
         location={name: known.location[:, axis] for axis, name in enumerate(COORDINATES[: known.location.shape[1]])},

@@ -73,6 +73,7 @@ def pad_fit(
     model = pad_model(problem, chosen, observed, pad, MapBasis.of(chosen) if chosen.has_map else None)
     vector = model.start(chosen.fit.chain)
     reads = np.maximum(observed.means.counts.max(axis=1), 1)
+    # Without the load scatter: an effect that the model lacks is an error that the elements share, too.
     share = chosen.load_spread if np.isfinite(chosen.load_spread) else problem.force_sd / np.sqrt(reads) / model.load
     load_sd = np.broadcast_to(share * model.load, model.load.shape).copy()
     noise = NoiseModel(pad_noise(model, vector), load_sd, model.peak)
@@ -106,8 +107,7 @@ def fit_without_effects(problem: PadProblem, chosen: PadCandidate, pad: Pad) -> 
     known, observed = problem.known, problem.observed
     model = pad_model(problem, chosen, observed, pad, None)
     signal = chosen.left_out.signal
-    share = chosen.load_spread if np.isfinite(chosen.load_spread) else problem.load_share
-    noise = NoiseModel.of(chosen.noise, np.broadcast_to(share * known.load, known.load.shape), model.peak)
+    noise = NoiseModel.of(chosen.noise, chosen.load_errors * known.load, model.peak)
     whitening = Whitening.of(observed, noise, signal, signal / known.load[:, None])
     further = None
     if chosen.has_map:

@@ -44,6 +44,8 @@ def calibration_from_groups(groups: Groups, attributes: Attributes) -> Calibrati
             discrepancy_sd=array_of(noise, "discrepancy_sd", (m,)),
             signal_share=float(array_of(noise, "signal_share", ())),
             force_sd=float(array_of(noise, "force_sd", ())),
+            # Files of earlier versions do not have it.
+            load_scatter=float(array_of(noise, "load_scatter", ())) if "load_scatter" in noise else 0.0,
         ),
         rows=_rows(groups, sensor),
         statistics=_from_json(attributes, "statistics", dict),

@@ -64,6 +64,7 @@ def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes
             "discrepancy_sd": (("element",), calibration.noise.discrepancy_sd),
             "signal_share": ((), calibration.noise.signal_share),
             "force_sd": ((), calibration.noise.force_sd),
+            "load_scatter": ((), calibration.noise.load_scatter),
         },
         units,
     )

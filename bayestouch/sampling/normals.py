@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 _LOG_2PI = float(np.log(2 * np.pi))
 
@@ -29,30 +31,49 @@ class Normals(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class IndependentNormals:
-    """`Normals` of independent numbers.
+class NormalsWithSharedError:
+    """`Normals` of numbers with an error of each and one that they share: covariance ``diag(variance) + v vᵀ``.
 
     Attributes
     ----------
     mean, variance : (n, t, m) arrays
+        The variance of a missing number is ``inf``.
+    shared : (n, t, m) array
+        ``v``: change of each number by one standard deviation of the shared error; always finite.
     """
 
     mean: FloatArray
     variance: FloatArray
+    shared: FloatArray
 
     def log_density(self, values: FloatArray) -> FloatArray:
         """See `Normals`."""
-        return np.asarray(np.nansum(self.log_given_others(values), axis=-1))
+        here, covariance = np.isfinite(self.variance), self._covariance
+        volume = np.where(here, np.log(np.where(here, self.variance, 1.0)) + _LOG_2PI, 0.0).sum(axis=-1)
+        square = covariance.squared_distance(np.nan_to_num(values) - self.mean)
+        return np.asarray(-0.5 * (square + volume + np.log1p(covariance.length2)))
 
     def log_given_others(self, values: FloatArray) -> FloatArray:
-        """See `Normals`."""
-        return np.asarray(
-            -0.5 * ((values - self.mean) ** 2 / self.variance + np.log(self.variance) + _LOG_2PI), dtype=np.float64
-        )
+        """See `Normals`; the formula is that of `CorrelatedNormals.log_given_others`."""
+        weight, residual = 1 / self.variance, np.nan_to_num(values) - self.mean
+        pulled, grown = weight * self.shared, 1 + self._covariance.length2[..., None]
+        precision = weight - pulled**2 / grown
+        pull = weight * residual - pulled * (pulled * residual).sum(axis=-1, keepdims=True) / grown
+        with np.errstate(divide="ignore", invalid="ignore"):
+            log = 0.5 * (np.log(precision) - _LOG_2PI - pull**2 / precision)
+        return np.where(weight > 0, log, np.nan)
 
     def draw(self, standard: FloatArray) -> FloatArray:
-        """See `Normals`."""
-        return np.asarray(self.mean + np.sqrt(self.variance) * standard)
+        """See `Normals`; NaN for missing numbers."""
+        here, covariance = np.isfinite(self.variance), self._covariance
+        u, length2 = covariance.scaled, covariance.length2[..., None]
+        # (I + u uᵀ)^(1/2) = I + c u uᵀ with c = (sqrt(1 + |u|²) - 1) / |u|², finite as |u| goes to 0.
+        spread = standard + u * (u * standard).sum(axis=-1, keepdims=True) / (1 + np.sqrt(1 + length2))
+        return np.where(here, self.mean + np.where(here, covariance.sd, 0.0) * spread, np.nan)
+
+    @cached_property
+    def _covariance(self) -> DiagonalPlusRankOne:
+        return DiagonalPlusRankOne(np.sqrt(self.variance), self.shared)
 
 
 @dataclass(frozen=True, eq=False)

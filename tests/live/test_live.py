@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +103,17 @@ def test_a_pad_as_by_emcee(kind: str, effects: tuple[tuple[str, float], ...]) ->
     # At the corners of a pad few elements respond, and the posterior is a curved ridge over several mm.
     assert good.mean() >= (0.99 if kind == "line" else 0.9)
     assert (good | flagged).mean() >= 0.95
+
+
+@pytest.mark.parametrize("use_load", [True, False])
+def test_a_pad_with_load_scatter_as_by_emcee(use_load: bool) -> None:
+    """A scatter of a tenth of the loads: an sd without it would be a third of what it is, or twice as large."""
+    data, calibration = sensor("line")
+    scatter = 0.1 * float(np.nanmean(data.touches.load))
+    calibration = replace(calibration, noise=replace(calibration.noise, load_scatter=scatter))
+    touches = data.touches if use_load else data.touches.with_(load=np.full(data.touches.n_rows, np.nan))
+    mean, sd = apart(streamed(Reader(calibration), touches), *drawn(touches, calibration))
+    assert ((mean < MEAN) & (sd < SD)).mean() >= 0.95
 
 
 def test_a_missing_element_is_left_out() -> None:

@@ -34,6 +34,8 @@ def small(*, with_map: bool, measured: bool = False) -> tuple[SimulatedPad, PadP
     readings[10:12, 1] = np.nan
     problem, _ = pad_problem(pad.sensor, touches.with_(readings=readings), samples="mean", seed=0)
     model = fit_kernel(problem, GaussianKernel(6.0))
+    if measured:
+        model = replace(model, noise=replace(model.noise, load_scatter=0.05))
     if with_map:
         model = add_map(problem, model)
         # Of a size that matters, whatever the marginal likelihood says of so few touches.
@@ -45,7 +47,9 @@ def covariance_written_out(problem: PadProblem, model: PadCandidate) -> np.ndarr
     """Covariance (T m, T m) of all readings, touch by touch: noise, errors of the loads, map."""
     known, noise, signal = problem.known, model.noise, model.left_out.signal
     out = np.zeros((T, M, T, M))
-    share = problem.load_share if problem.load_measured else np.full(T, model.load_spread)
+    share = np.full(T, model.load_spread)
+    if problem.load_measured:
+        share = np.hypot(problem.load_share, model.noise.load_scatter / known.load)
     misfit = model.fit.misfit
     distance = np.abs(known.location - known.location.T) / misfit.length_mm * np.sqrt(5)
     matern = (1 + distance + distance**2 / 3) * np.exp(-distance) * np.outer(known.load, known.load)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import known_fingers as k
 import numpy as np
 import pytest
 from pad_simulation import SimulatedPad, line
-from scipy.stats import kstest, norm
+from scipy.stats import kstest, multivariate_normal, norm
 
 import bayestouch
 from bayestouch.errors import InputError
@@ -170,8 +171,9 @@ def pad() -> tuple[SimulatedPad, bayestouch.Calibration]:
 
 @pytest.mark.parametrize("use_load", [True, False])
 def test_pads(pad: tuple[SimulatedPad, bayestouch.Calibration], use_load: bool) -> None:
-    """Readings of a pad are independent; their likelihood and the prior are the density that was sampled."""
+    """Without load scatter, readings are independent, and likelihood and prior are the density that was sampled."""
     simulated, calibration = pad
+    calibration = replace(calibration, noise=replace(calibration.noise, load_scatter=0.0))
     touches = simulated.touch(np.linspace(8, 30, 6)[:, None], np.random.default_rng(1), measured=True)
     options = {"use_load": use_load, "check_sensor": False}
     result = bayestouch.infer(touches, calibration, groups="all", draws=128, seed=2, **options)  # type: ignore[arg-type]
@@ -193,3 +195,36 @@ def test_pads(pad: tuple[SimulatedPad, bayestouch.Calibration], use_load: bool) 
     z = (result.groups["posterior_predictive"]["reading"] - calibration.mode["offset"] - signal) / np.sqrt(variance)
     # 3,072 numbers: 1.3 % of the sd
     assert np.std(z) == pytest.approx(1, abs=0.05)
+
+
+def test_pads_with_load_scatter(pad: tuple[SimulatedPad, bayestouch.Calibration]) -> None:
+    """Readings share an error of the load: a normal density with a covariance, and of each reading given the others."""
+    simulated, calibration = pad
+    scatter = 0.02
+    calibration = replace(calibration, noise=replace(calibration.noise, load_scatter=scatter))
+    touches = simulated.touch(np.linspace(8, 30, 3)[:, None], np.random.default_rng(1), measured=True)
+    result = bayestouch.infer(touches, calibration, groups="all", draws=400, seed=2, check_sensor=False)
+    reader = PadTouchReader.from_calibration(calibration, Options()).sampler.reader
+    x = np.stack([result.posterior["x"], result.posterior["P"]], axis=-1)
+    counts = np.ones((3, 4), dtype=np.int64)
+    signal, variance = reader.predict(x[..., :-1], x[..., -1], counts)
+    shared = scatter * signal / x[..., -1:]
+    log = result.groups["log_likelihood"]
+    for chain, draw, t in np.ndindex(1, 5, 3):
+        at = (chain, draw, t)
+        covariance = np.diag(variance[at]) + np.outer(shared[at], shared[at])
+        off = result.rows.observed[t] - calibration.mode["offset"] - signal[at]
+        whole = multivariate_normal(cov=covariance).logpdf(off)
+        for e in range(4):
+            rest = np.delete(np.arange(4), e)
+            others = multivariate_normal(cov=covariance[np.ix_(rest, rest)]).logpdf(off[rest])
+            assert log["reading"][(*at, e)] == pytest.approx(whole - others, abs=0.02)
+        assert log["whole_touch"][at] - log["load"][at] == pytest.approx(whole, abs=0.02)
+    replicated = result.groups["posterior_predictive"]["reading"] - calibration.mode["offset"] - signal
+    for t in range(3):
+        found = np.cov(replicated[:, :, t].reshape(-1, 4).T)
+        here = variance[:, :, t].mean(axis=(0, 1)), shared[:, :, t].reshape(-1, 4)
+        expected = np.diag(here[0]) + here[1].T @ here[1] / len(here[1])
+        size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+        # 400 draws: 5 % of a correlation, 7 % of a variance
+        np.testing.assert_allclose(found / size, expected / size, atol=0.28)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, norm
+from scipy.stats import multivariate_normal
 
-from bayestouch.sampling.normals import CorrelatedNormals, IndependentNormals
+from bayestouch.sampling.normals import CorrelatedNormals, NormalsWithSharedError
 
 M, T, N = 4, 3, 2
 RNG = np.random.default_rng(1)
@@ -67,13 +67,23 @@ def test_draws_have_the_covariance() -> None:
         np.testing.assert_allclose(drawn[:, t].mean(axis=0), MEAN[0, t], atol=5 * np.sqrt(size.max() / n))
 
 
-def test_independent_numbers() -> None:
-    variance = np.exp(RNG.normal(size=(N, T, M)))
-    variance[:, 0, 2] = np.nan  # missing
+def test_numbers_with_a_shared_error() -> None:
+    variance, shared = np.exp(RNG.normal(size=(N, T, M))), RNG.normal(size=(N, T, M))
+    variance[:, 0, 2], shared[:, 0, 2] = np.inf, 0.0  # missing
     values = VALUES.copy()
     values[0, 2] = np.nan
-    normals = IndependentNormals(MEAN, variance)
-    expected = norm(MEAN, np.sqrt(variance)).logpdf(values)
-    np.testing.assert_allclose(normals.log_given_others(values), expected, rtol=1e-12)
-    np.testing.assert_allclose(normals.log_density(values), np.nansum(expected, axis=-1), rtol=1e-12)
-    np.testing.assert_allclose(normals.draw(np.full((N, T, M), 2.0)), MEAN + 2 * np.sqrt(variance))
+    normals = NormalsWithSharedError(MEAN, variance, shared)
+    draws = normals.draw(np.broadcast_to(np.eye(M)[:, None, None], (M, N, T, M)))
+    for n, t in np.ndindex(N, T):
+        here = np.flatnonzero(np.isfinite(values[t]))
+        covariance = np.diag(variance[n, t, here]) + np.outer(shared[n, t, here], shared[n, t, here])
+        residual = values[t, here] - MEAN[n, t, here]
+        expected = multivariate_normal(cov=covariance).logpdf(residual)
+        assert normals.log_density(values)[n, t] == pytest.approx(expected, rel=1e-10)
+        for i, e in enumerate(here):
+            others = np.delete(np.arange(len(here)), i)
+            alone = multivariate_normal(cov=covariance[np.ix_(others, others)]).logpdf(residual[others])
+            assert normals.log_given_others(values)[n, t, e] == pytest.approx(expected - alone, rel=1e-8)
+        assert np.isnan(normals.log_given_others(values)[n, t]).sum() == M - len(here)
+        root = draws[:, n, t][np.ix_(here, here)] - MEAN[n, t, here]
+        np.testing.assert_allclose(root.T @ root, covariance, rtol=1e-10, atol=1e-12)

@@ -123,7 +123,7 @@ def _search(
     matrices (touches by elements, elements by nodes).
     """
     part = touches.select(index)
-    load, load_sd = part.load[:, None], part.load_sd[:, None]
+    load, load_sd = part.load[:, None], part.felt_sd[:, None]
     sensitivity, slope = tables
     _, variance = reader.predict(lattice.location, np.array(float(np.median(part.load))), part.counts[0])
     weight = np.where(part.present[0], 1 / variance, 0.0)
@@ -167,7 +167,7 @@ def _refine(
     centre = np.column_stack([lattice.location[node], touches.load[touch]])
     d = centre.shape[1]
     width = np.repeat(lattice.width * stride[:, None], d - 1, axis=1)
-    prior = 1 / np.column_stack([width, touches.load_sd[touch]]) ** 2
+    prior = 1 / np.column_stack([width, touches.felt_sd[touch]]) ** 2
     reach = np.column_stack([2 * width, 0.95 * touches.load[touch]])
     low, high = centre - reach, centre + reach
     high[:, -1] = np.inf

@@ -67,7 +67,7 @@ class PadGroup:
         return self.reader.log_density(self.known, x, touch)
 
     def results(self, draws: FloatArray) -> Drawn:
-        """Location (mm) and acting load of draws (chain, draw, t, D + 1), `PLACES` and `PREDICTED`, by name."""
+        """Location (mm) and felt load of draws (chain, draw, t, D + 1), `PLACES` and `PREDICTED`, by name."""
         names = coordinates(self.reader)
         thinned = _thinned(draws)
         predicted, sd = _predicted(self.reader, self.known, thinned)
@@ -143,7 +143,7 @@ def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> 
         signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts[touch])
         changes = reader.changes(known, x[:, None], touch, signal[:, None])[:, 0] ** 2
         share = np.where(known.present[touch], changes[:, :, :-1].sum(axis=1) / variance, 0.0).sum(axis=1)
-        share += changes[:, :, -1].sum(axis=1) / known.load_sd[touch] ** 2
+        share += changes[:, :, -1].sum(axis=1) / known.felt_sd[touch] ** 2
         out[touch[share > _NEGLIGIBLE]] = True
     return out
 

@@ -11,7 +11,7 @@ from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 from bayestouch.priors.parameters import Parameter
 from bayestouch.reading.touch_reader import Drawn
-from bayestouch.sampling.normals import IndependentNormals
+from bayestouch.sampling.normals import NormalsWithSharedError
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,12 +57,16 @@ class PadTouchModel:
         """Number of parameters: coordinates of the location, and the load."""
         return len(self.parameters)
 
-    def readings(self, draws: Drawn, touches: slice) -> IndependentNormals:
+    def readings(self, draws: Drawn, touches: slice) -> NormalsWithSharedError:
         """Distribution of the mean readings of some touches at draws (n, some)."""
         counts = self.touches.counts[touches]
         location = np.stack([draws[each.name] for each in self.parameters[:-1]], axis=-1)
-        signal, variance = self.reader.predict(location, self.measured_load(draws), counts)
-        return IndependentNormals(self.reader.map.offset + signal, np.where(counts > 0, variance, np.nan))
+        load = self.measured_load(draws)
+        signal, variance = self.reader.predict(location, load, counts)
+        shared = signal * (self.touches.load_scatter / np.maximum(load, 1e-300))[..., None]
+        return NormalsWithSharedError(
+            self.reader.map.offset + signal, np.where(counts > 0, variance, np.inf), np.where(counts > 0, shared, 0.0)
+        )
 
     def measured_load(self, draws: Drawn) -> FloatArray:
         """Acting load, to which measured loads are corrected."""

@@ -12,6 +12,7 @@ from scipy.special import chdtrc
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.pad.reading.effects import true_load_prior
+from bayestouch.pad.reading.felt_load import acting_given_felt
 from bayestouch.pad.reading.live_effects import PadStream
 from bayestouch.pad.reading.live_grid import NODES, Region
 from bayestouch.pad.reading.live_search import ELSEWHERE, Rough, Search
@@ -102,8 +103,9 @@ class PadLive:
         if measured:
             load, reads = touch.load, max(float(touch.counts.max()), 1.0)
             load_sd = float(reader.measured_load_sd(np.array([load]), np.array([reads]))[0])
+        felt_sd = float(np.hypot(load_sd, reader.noise.load_scatter))
         reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)
-        rough = self._search(reading, counts, load, load_sd) if near is None else near
+        rough = self._search(reading, counts, load, felt_sd) if near is None else near
         flags = [SEVERAL] if rough.elsewhere > ELSEWHERE else []
         if reader.map.n_causes:
             flags.append(UNCERTAIN)
@@ -173,6 +175,8 @@ class PadLive:
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float]:
         """Locations, their probabilities, ends, mean and variance of the load at each, and the least sum of squares."""
         reader = self.reader.sampler.reader
+        kept, acting_sd = acting_given_felt(load_sd, reader.noise.load_scatter)
+        felt_sd = float(np.hypot(load_sd, reader.noise.load_scatter))
         location, weights, ends = region.nodes()
         sensitivity, open_, shared = reader.map.at(location)
         here = counts > 0
@@ -191,31 +195,31 @@ class PadLive:
         # The load at a location is nearly normal: readings are linear in it, and their variance changes slowly.
         _, spread = variance(np.full(len(location), max(about, 1e-3 * reader.load)))
         by_load = np.where(here, sensitivity / spread, 0.0)
-        precision = (by_load * sensitivity).sum(axis=1) + 1 / load_sd**2
-        centre = np.maximum((by_load @ reading + load / load_sd**2) / precision, 1e-3 * reader.load)
+        precision = (by_load * sensitivity).sum(axis=1) + 1 / felt_sd**2
+        centre = np.maximum((by_load @ reading + load / felt_sd**2) / precision, 1e-3 * reader.load)
         sd = 1 / np.sqrt(precision)
         z, log_weight = _hermite(MEASURED if measured else UNMEASURED)
+        # Felt loads.
         loads = centre + sd * z
         signal, spread = variance(loads)
         residual = reading - signal
         squares = np.where(here, residual * residual / spread, 0.0).sum(axis=-1)
-        off = (loads - load) / load_sd
+        off = (loads - load) / felt_sd
         log = -0.5 * (squares + np.where(here, np.log(spread), 0.0).sum(axis=-1) + off * off)
         log = np.where(loads > 0, log + log_weight + np.log(sd) + np.log(weights), -np.inf)
+        loads = load + kept * (loads - load)
         if self._true_loads is not None:
             acting, true, mean, width = self._true_loads
-            pressed = np.interp(loads, acting, true)
+            slope = np.maximum(np.interp(loads, acting, np.gradient(true, acting)), 1e-300)
+            loads, acting_sd = np.interp(loads, acting, true), acting_sd * slope
             if reader.load_measured and not measured:
                 # The prior is normal in the true load, as in `with_true_loads`.
-                slope = np.maximum(np.interp(loads, acting, np.gradient(true, acting)), 1e-300)
-                log += np.log(slope) - 0.5 * ((pressed - mean) / width) ** 2
-                log += 0.5 * ((loads - reader.load) / reader.load_sd) ** 2
-            loads = pressed
+                log += np.log(slope) - 0.5 * ((loads - mean) / width) ** 2 + 0.5 * off * off
         mass = np.exp(log - log.max())
         total = mass.sum(axis=0)
         within = mass / np.maximum(total, 1e-300)
         mean_load = (within * loads).sum(axis=0)
-        load_var = (within * (loads - mean_load) ** 2).sum(axis=0)
+        load_var = (within * ((loads - mean_load) ** 2 + acting_sd**2)).sum(axis=0)
         least = squares + (off * off if measured else 0.0)
         return location, total / total.sum(), ends, mean_load, load_var, float(least[mass > 0].min())
 

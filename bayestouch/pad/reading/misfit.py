@@ -87,7 +87,7 @@ class PadMisfit:
         x = _modes(reader, known, self.lattice)
         signal, slope, variance = _expand(reader, known, x)
         weight = np.concatenate(
-            [np.where(known.present, 1 / variance, 0.0), np.where(read, 1 / known.load_sd**2, 0.0)[:, None]], axis=1
+            [np.where(known.present, 1 / variance, 0.0), np.where(read, 1 / known.felt_sd**2, 0.0)[:, None]], axis=1
         )
         hessian = _precision(reader, known, slope, weight[:, :m])
         values = np.where(known.present, known.readings - reader.map.offset, 0.0)
@@ -139,7 +139,7 @@ def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray
         weight = np.where(known.present, 1 / variance, 0.0)
         residual = np.where(known.present, known.readings - reader.map.offset, 0.0) - signal
         gradient = np.einsum("tkm,tm->tk", slope, weight * residual)
-        gradient[:, -1] += (known.load - x[:, -1]) / known.load_sd**2
+        gradient[:, -1] += (known.load - x[:, -1]) / known.felt_sd**2
         hessian = _precision(reader, known, slope, weight)
         tried = np.clip(x + damped_newton_steps(gradient, hessian, damping), low, high)
         found = reader.log_density(known, tried[:, None], blocks)[:, 0]
@@ -161,5 +161,5 @@ def _precision(reader: PadReader, known: PadTouches, slope: FloatArray, weight: 
     hessian = np.asarray(np.einsum("tkm,tm,tjm->tkj", slope, weight, slope))
     axes = np.arange(slope.shape[1] - 1)
     hessian[:, axes, axes] += 1 / (reader.map.high - reader.map.low) ** 2
-    hessian[:, -1, -1] += 1 / known.load_sd**2
+    hessian[:, -1, -1] += 1 / known.felt_sd**2
     return hessian

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,9 @@ MOST_LOAD, LOADS = 10.0, 1001
 class PadTouches:
     """Unknown touches and the prior of their loads; t touches, m elements.
 
+    The *felt load* of a touch is its acting load plus the error that its elements share (`Noise.load_scatter`). The
+    readings show the felt load; a force sensor shows the acting load.
+
     Attributes
     ----------
     readings : (t, m) array
@@ -33,7 +37,9 @@ class PadTouches:
     counts : (t, m) int array
         Number of raw readings in each mean, 0 where missing.
     load, load_sd : (t,) arrays
-        Prior mean and standard deviation of each load: from its measurement, else from the calibration.
+        Prior mean and standard deviation of each acting load: from its measurement, else from the calibration.
+    load_scatter : float
+        Standard deviation of the felt load about the acting load.
     changes : (t, q, m + 1) array, optional
         Change of readings and load by one standard deviation of each of q independent causes, as in
         `bayestouch.pad.effect_changes.CorrectedMeans`.
@@ -43,7 +49,13 @@ class PadTouches:
     counts: IntArray
     load: FloatArray
     load_sd: FloatArray
+    load_scatter: float = 0.0
     changes: FloatArray | None = None
+
+    @cached_property
+    def felt_sd(self) -> FloatArray:
+        """Prior standard deviation of each felt load, (t,); its mean is that of the acting load."""
+        return np.hypot(self.load_sd, self.load_scatter)
 
     @property
     def n_touches(self) -> int:
@@ -58,7 +70,9 @@ class PadTouches:
     def select(self, index: IntArray) -> PadTouches:
         """Some of the touches."""
         changes = None if self.changes is None else self.changes[index]
-        return PadTouches(self.readings[index], self.counts[index], self.load[index], self.load_sd[index], changes)
+        return PadTouches(
+            self.readings[index], self.counts[index], self.load[index], self.load_sd[index], self.load_scatter, changes
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +161,7 @@ class PadReader:
             counts=np.where(self.usable, readings.counts, 0),
             load=np.where(here, readings.load, self.load),
             load_sd=np.where(here, self.measured_load_sd(readings.load, reads), self.load_sd),
+            load_scatter=self.noise.load_scatter,
             changes=changes,
         )
 
@@ -161,7 +176,7 @@ class PadReader:
         touches : PadTouches
             The touches.
         x : (B, n, D + 1) array
-            Location in mm, then load.
+            Location in mm, then felt load.
         blocks : (B,) int array
             Index of the touch of each row.
 
@@ -175,7 +190,7 @@ class PadReader:
         here = touches.present[blocks][:, None]
         residual = touches.readings[blocks][:, None] - self.map.offset - signal
         cost = np.where(here, residual**2 / variance + np.log(variance), 0.0).sum(axis=-1)
-        off = (load - touches.load[blocks][:, None]) / touches.load_sd[blocks][:, None]
+        off = (load - touches.load[blocks][:, None]) / touches.felt_sd[blocks][:, None]
         cost += off * off
         if touches.changes is not None:
             directions, log_determinant = self.shared(touches, x, blocks, signal, variance)
@@ -203,7 +218,7 @@ class PadReader:
             Result of `bayestouch.sampling.rank_one.shared_directions`.
         """
         here = np.broadcast_to(touches.present[blocks][:, None], signal.shape)
-        load_weight = np.broadcast_to(1 / touches.load_sd[blocks][:, None] ** 2, x.shape[:-1])
+        load_weight = np.broadcast_to(1 / touches.felt_sd[blocks][:, None] ** 2, x.shape[:-1])
         weight = np.concatenate([np.where(here, 1 / variance, 0.0), load_weight[..., None]], axis=-1)
         return shared_directions(weight, self.changes(touches, x, blocks, signal))
 

@@ -17,6 +17,7 @@ from bayestouch.pad.effect_changes import corrected_means
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
 from bayestouch.pad.reading.effects import true_load_prior, with_true_loads
+from bayestouch.pad.reading.felt_load import acting_loads
 from bayestouch.pad.reading.likelihood import PadTouchModel
 from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
@@ -46,7 +47,7 @@ class PadTouchReader:
     options : Options
         Options of the inference.
     sampler : PadSampler
-        Draws touches, with acting loads.
+        Draws touches, with felt loads.
     kernel, load_unit : str
         Kernel and unit of the load of the calibration.
     calibrated_load : (n,) array
@@ -154,7 +155,8 @@ class PadTouchReader:
         predicted, sd = (np.ascontiguousarray(drawn.pop(name).T) for name in PREDICTED)
         stats = {**drawn, "second_round": (drawn["round"] > 1).astype(float)}
         del stats["round"]
-        load = block.load
+        load, touches = block.load, reader.touches(block)
+        posterior["P"] = acting_loads(posterior["P"], touches, block.touch, self.options.seed)
         if effects is not None:
             load = effects.as_read(block.load)
             posterior = with_true_loads(posterior, effects, reader, self.calibrated_load, block.load, self.options.seed)
@@ -167,10 +169,10 @@ class PadTouchReader:
             observed=block.readings,
             predicted=predicted,
             sd=sd,
-            counts=reader.touches(block).counts,
+            counts=touches.counts,
         )
         used = np.where(np.isfinite(block.load) & reader.load_measured, block.load, np.nan)
-        model = PadTouchModel(reader, reader.touches(block), self.parameters, used, load, effects)
+        model = PadTouchModel(reader, touches, self.parameters, used, load, effects)
         return Estimates(posterior, stats, {**location, "P": load}, rows, model=model)
 
     def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:

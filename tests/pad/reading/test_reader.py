@@ -61,7 +61,8 @@ def touch(missing: int | None = None) -> PadTouches:
     counts = np.ones((1, 3), dtype=np.int64)
     if missing is not None:
         counts[0, missing] = 0
-    return PadTouches(readings[None], counts, np.array([2.0]), np.array([0.06]), OF_TOUCH)
+    # The standard error of the load and the load scatter together are 0.06.
+    return PadTouches(readings[None], counts, np.array([2.0]), np.array([0.036]), 0.048, OF_TOUCH)
 
 
 def written_out(x: np.ndarray, touches: PadTouches) -> float:
