@@ -95,6 +95,7 @@ def _statistics(problem: PadProblem, model: PadCandidate, rivals: dict[str, PadC
         "noise_percent_peak": float(noise.mean()) if np.isfinite(noise).all() else np.nan,
         "lack_of_fit": _lack_of_fit(problem, model),
         "load_spread": model.load_spread,
+        "load_scatter": model.noise.load_scatter if problem.load_measured else np.nan,
         "log_score": model.score,
     }
     if model.has_map:

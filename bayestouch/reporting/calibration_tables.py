@@ -27,6 +27,7 @@ _STATISTICS = {
     "error_percent_peak_power": "error with that exponent, % of peak",
     "load_trend_share": "share of the errors' variance that a trend in the load explains",
     "load_spread": "spread of unmeasured loads, share of their mean",
+    "load_scatter": "error that all elements share in a touch, as a load in N",
     "log_score": "log predictive density of readings left out",
     "map_length_mm": "correlation length of the empirical map, mm",
     "map_size_everywhere": "size of the empirical map, share of the signal's peak",
