@@ -1,15 +1,15 @@
 """How often statements of a diagnosis were right in the blind study.
 
-The probabilities of causes compare the models that were fitted. None of them may be right: a cause that no catalogue has
-may resemble an effect, and so may an effect that follows another formula. How often this happens cannot be learned from
-the touches. It was counted on 379 simulated fingers with new formulas and with unlisted causes (docs/blind_study.md).
+The probabilities of causes compare the models that were fitted. None of them may be right: a cause that no catalogue
+has may resemble an effect, and so may an effect that follows another formula. How often this happens cannot be learned
+from the touches. It was counted on 379 simulated fingers with new formulas and unlisted causes (docs/blind_study.md).
 """
 
 from __future__ import annotations
 
-# Number of statements that were right, and of all statements, by the verdict and the number of effects (2: two or more).
-# A statement is right if it names the effects that were simulated and no others; "unattributed", if none of them is
-# listed. tests/studies/test_blind_rates.py counts them again.
+# Number of statements that were right, and of all, by the verdict and the number of effects (2: two or more). A
+# statement is right if it names the effects that were simulated and no others; "unattributed", if none of them is listed.
+# tests/studies/test_blind_rates.py counts them again.
 _RIGHT_AND_ALL = {
     ("adequate", 0): (102, 102),
     ("explained", 1): (58, 68),
