@@ -8,7 +8,7 @@ from the touches. It was counted on 379 simulated fingers with new formulas and 
 from __future__ import annotations
 
 # Number of statements that were right, and of all, by the verdict and the number of effects (2: two or more). A
-# statement is right if it names the effects that were simulated and no others; "unattributed", if none of them is listed.
+# statement is right if it names the effects that were simulated and no others; "unattributed", if none is listed.
 # tests/studies/test_blind_rates.py counts them again.
 _RIGHT_AND_ALL = {
     ("adequate", 0): (102, 102),
