@@ -38,6 +38,8 @@ def acting_loads(felt: FloatArray, touches: PadTouches, numbers: IntArray, seed:
     if touches.load_scatter == 0:
         return felt
     kept, sd = acting_given_felt(touches.load_sd, touches.load_scatter)
-    standard = np.moveaxis(BlockStreams(seed, numbers, PURPOSE).normal(*felt.shape[:2]), 0, -1)
+    # Numbers in a table may be negative, those of streams may not.
+    streams = BlockStreams(seed, numbers.astype(np.uint64), PURPOSE)
+    standard = np.moveaxis(streams.normal(*felt.shape[:2]), 0, -1)
     # No load is below zero.
     return np.abs(touches.load + kept * (felt - touches.load) + sd * standard)
