@@ -97,7 +97,7 @@ wheel: $(VENV)/.ready-dev
 # One file of exact versions with markers serves every Python and platform. hatchling and editables build the package
 # itself, setuptools a dependency of cosmic-ray, and uv installs them all, so they are locked with the rest.
 lock: $(VENV)/.created
-	$(BIN)/python -m pip install -q --upgrade uv
+	@$(UV)
 	printf 'hatchling\neditables\nsetuptools\nuv\n' | $(BIN)/uv pip compile pyproject.toml - -o constraints.txt --upgrade -q \
 		--universal --python-version 3.11 --all-extras --no-annotate --no-header --no-emit-index-url
 
@@ -105,10 +105,14 @@ clean:
 	rm -rf report build dist .venv-wheel docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find bayestouch tests studies -name __pycache__ -type d -prune -exec rm -rf {} +
 
+# The pip of the Python that makes .venv puts uv in it, and uv puts pip in it: Python itself takes 6 s for that.
+UV = test -x $(BIN)/uv || $(PYTHON) -m pip --python $(BIN)/python install -q --no-compile -c constraints.txt uv || \
+	{ $(BIN)/python -m ensurepip && $(BIN)/python -m pip install -q -c constraints.txt uv; }
+
 $(VENV)/.created:
 	@$(or $(PYTHON),false) $(NEW_ENOUGH) || \
 		{ echo "bayestouch needs Python 3.11 or newer on the path, or make PYTHON=/path/to/python3.11" >&2; exit 1; }
-	@$(PYTHON) -m venv $(VENV) || \
+	@$(PYTHON) -m venv --without-pip $(VENV) || \
 		{ echo "$(PYTHON) cannot make a virtual environment: install its venv module" >&2; exit 1; }
 	@touch $@
 
@@ -117,7 +121,7 @@ $(VENV)/.created:
 .venv-newest/.ready: INTERPRETER := $(NEWEST)
 .venv-newest/.ready: RESOLUTION := highest
 .venv-oldest/.ready .venv-newest/.ready: $(VENV)/.created pyproject.toml
-	$(BIN)/python -m pip install -q --disable-pip-version-check uv
+	@$(UV)
 	$(BIN)/uv venv -q --clear --python $(INTERPRETER) $(@D)
 	$(BIN)/uv pip install -q --python $(@D)/bin/python --resolution $(RESOLUTION) -e '.[dev]'
 	@touch $@
@@ -131,8 +135,8 @@ $(VENV)/.ready-docs: EXTRAS := [docs]
 $(VENV)/.ready-mutants: EXTRAS := [mutants]
 $(VENV)/.ready-%: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "setting up $(VENV) for bayestouch$(EXTRAS) (a few minutes, once)"
-	@$(BIN)/python -m pip install -q --disable-pip-version-check --no-compile -c constraints.txt uv
-	@$(BIN)/uv pip install -q --python $(BIN)/python $(EXACT) -e '.$(EXTRAS)' || { \
+	@$(UV)
+	@$(BIN)/uv pip install -q --python $(BIN)/python $(EXACT) pip -e '.$(EXTRAS)' || { \
 		echo "uv cannot install it here; with pip, which takes longer"; \
-		$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e '.$(EXTRAS)'; }
+		$(BIN)/python -m ensurepip && $(BIN)/python -m pip install -q -c constraints.txt -e '.$(EXTRAS)'; }
 	@touch $@
