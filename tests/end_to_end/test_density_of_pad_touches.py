@@ -43,10 +43,9 @@ def test_density_of_a_touch_is_the_one_written_out(pad: OnFile, exact: bool) -> 
         log = stats.norm(expected_reading, sd).logpdf(means.readings[t]).sum(axis=1)
         if settings["load_measured"]:
             # The sampler's load is the one that the elements felt.
-            noise = {name: float(pad.group("noise")[name]) for name in ("force_sd", "load_scatter")}
-            log += stats.norm(means.load[t], np.hypot(noise["force_sd"] / np.sqrt(5), noise["load_scatter"])).logpdf(
-                load
-            )
+            noise = pad.group("noise")
+            felt_sd = np.hypot(float(noise["force_sd"]) / np.sqrt(5), float(noise["load_scatter"]))
+            log += stats.norm(means.load[t], felt_sd).logpdf(load)
         else:
             log += stats.norm(1.0, float(settings["load_sd"])).logpdf(load)
         assert np.ptp(log) > 10

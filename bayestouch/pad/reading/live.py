@@ -84,13 +84,15 @@ class PadLive:
         return Search(self.reader.sampler.reader, self.reader.sampler.lattice)
 
     @cached_property
-    def _true_loads(self) -> tuple[FloatArray, FloatArray, float, float] | None:
-        """Acting loads and true loads, with mean and sd of the prior of true loads; None without effects."""
+    def _true_loads(self) -> tuple[FloatArray, FloatArray, FloatArray, float, float] | None:
+        """Acting loads, true loads and their slope, mean and sd of the prior of true loads; None without effects."""
         effects = self.reader.effects
         if effects is None:
             return None
         acting = effects.reference_load * np.linspace(0.0, 6.0, 1201)
-        return acting, effects.pressing(acting), *true_load_prior(effects, self.reader.calibrated_load)
+        true = effects.pressing(acting)
+        slope = np.maximum(np.gradient(true, acting), 1e-300)
+        return acting, true, slope, *true_load_prior(effects, self.reader.calibrated_load)
 
     def read(
         self, touch: HeldTouch, near: Rough | None = None, stream: PadStream | None = None
@@ -209,8 +211,8 @@ class PadLive:
         log = np.where(loads > 0, log + log_weight + np.log(sd) + np.log(weights), -np.inf)
         loads = load + kept * (loads - load)
         if self._true_loads is not None:
-            acting, true, mean, width = self._true_loads
-            slope = np.maximum(np.interp(loads, acting, np.gradient(true, acting)), 1e-300)
+            acting, true, slopes, mean, width = self._true_loads
+            slope = np.interp(loads, acting, slopes)
             loads, acting_sd = np.interp(loads, acting, true), acting_sd * slope
             if reader.load_measured and not measured:
                 # The prior is normal in the true load, as in `with_true_loads`.
