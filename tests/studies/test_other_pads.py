@@ -48,7 +48,10 @@ def test_a_channel_is_read_better_after_the_diagnosis(tmp_path: Path, capsys: py
     found = module.result(name, replace(dataset, touches=some), kernel="gaussian")
     before, after = (found["ways"][way] for way in ("before: kernel and map", "after"))
     assert "load_nonlinearity" in found["effects"]
-    assert after["rms_mm"] < 0.6 * before["rms_mm"] and after["load_rms_N"] < 0.8 * before["load_rms_N"]
+    # What every element lacks in common is load scatter before: it is wrong in the load more than in the place.
+    assert after["readings_percent"] < 0.3 * before["readings_percent"]
+    assert after["load_rms_N"] < 0.5 * before["load_rms_N"]
+    assert after["median_mm"] < 0.7 * before["median_mm"] and after["rms_mm"] < 0.9 * before["rms_mm"]
     assert "fluid-air-2.0" in module.as_page([found]) and "Errors of the program:** none" in module.as_page([found])
     capsys.readouterr()
 
