@@ -10,14 +10,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import sys
 from html import escape
+from importlib import import_module
 from importlib.resources import files
 from importlib.util import find_spec
+from multiprocessing import Process
 from pathlib import Path
 from typing import Any
 
+from bayestouch.commands.cli import main as command
 from bayestouch.reporting.loop_bars import before_after
 
 #: Example, and title of its report.
@@ -27,18 +29,32 @@ REPORTS = {
 }
 #: Options of the reports.
 OPTIONS = {"fluid-oil-1.5": ("--baselines",) if find_spec("sklearn") else ()}
+#: Libraries that reports import late.
+LIBRARIES = ("bokeh.embed", "matplotlib.figure", "corner", "jinja2", "h5netcdf", "pandas", "scipy.stats")
 # The look of the reports that the page leads to.
 STYLE = files("bayestouch.reporting").joinpath("templates/style.css").read_text("utf-8")
 
 
-def run(*arguments: str | Path) -> subprocess.Popen[bytes]:
-    """Start a command of bayestouch."""
-    return subprocess.Popen([sys.executable, "-m", "bayestouch", *map(str, arguments)])
+def imported(names: tuple[str, ...]) -> None:
+    """Import libraries. Python compiles what it imports for the first time, and keeps it on the disk."""
+    for name in names:
+        import_module(name)
 
 
-def finished(commands: list[subprocess.Popen[bytes]]) -> None:
-    """Wait for commands; stop if one fails, after it has said why."""
-    if failed := [status for each in commands if (status := each.wait())]:
+def run(*arguments: str | Path) -> None:
+    """Run a command of bayestouch; stop if it fails, after it has said why."""
+    if status := command([*map(str, arguments)]):
+        sys.exit(status)
+
+
+def at_once(commands: list[tuple[str | Path, ...]]) -> None:
+    """Run commands of bayestouch at the same time, each in a process of its own; stop if one fails."""
+    started = [Process(target=run, args=each) for each in commands]
+    for each in started:
+        each.start()
+    for each in started:
+        each.join()
+    if failed := [each.exitcode for each in started if each.exitcode]:
         sys.exit(failed[0])
 
 
@@ -67,8 +83,15 @@ def _number(value: float | None) -> str:
 
 def main(folder: Path) -> Path:
     """Write the data sets, both reports and the entry page; return the page."""
-    finished([run("example", name, "-o", folder / "data" / name) for name in REPORTS])
-    finished([run("report", folder / "data" / name, "-o", folder / name, *OPTIONS.get(name, ())) for name in REPORTS])
+    # The processes of the reports are forked (on Linux), so what this process has imported they need not import.
+    # The first time, another process compiles the half of it: it begins at the other end.
+    other = Process(target=imported, args=(LIBRARIES,))
+    other.start()
+    for name in REPORTS:
+        run("example", name, "-o", folder / "data" / name)
+    imported(LIBRARIES[::-1])
+    other.join()
+    at_once([("report", folder / "data" / name, "-o", folder / name, *OPTIONS.get(name, ())) for name in REPORTS])
     body = "".join(section(folder, name) for name in REPORTS)
     page = folder / "index.html"
     page.write_text(

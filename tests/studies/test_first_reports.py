@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -20,12 +19,12 @@ def test_the_page_leads_to_both_reports(tmp_path: Path, monkeypatch: pytest.Monk
     module = study("first_reports")
     run = module.run
 
-    def smaller(verb: str, *arguments: str | Path) -> subprocess.Popen[bytes]:
+    def smaller(verb: str, *arguments: str | Path) -> None:
         if verb == "report":
-            return run(verb, *arguments, "--draws", "64", "--quiet")
-        design, effects = SENSORS[str(arguments[0])]
-        save_dataset(simulate(design, effects=effects, seed=5).dataset, Path(arguments[-1]))
-        return run("--version")
+            run(verb, *arguments, "--draws", "64", "--quiet")
+        else:
+            design, effects = SENSORS[str(arguments[0])]
+            save_dataset(simulate(design, effects=effects, seed=5).dataset, Path(arguments[-1]))
 
     monkeypatch.setattr(module, "run", smaller)
     page = module.main(tmp_path).read_text("utf-8")
@@ -40,5 +39,5 @@ def test_the_page_leads_to_both_reports(tmp_path: Path, monkeypatch: pytest.Monk
 def test_a_command_that_fails_ends_it(tmp_path: Path) -> None:
     module = study("first_reports")
     with pytest.raises(SystemExit) as ended:
-        module.finished([module.run("report", tmp_path / "absent", "-o", tmp_path / "out")])
+        module.at_once([("report", tmp_path / "absent", "-o", tmp_path / "out")])
     assert ended.value.code == 2
