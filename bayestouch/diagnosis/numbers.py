@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.diagnosis.causes import causes
 from bayestouch.diagnosis.change import standard_errors
+from bayestouch.diagnosis.imitations import with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
@@ -25,6 +26,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
     """Content of ``diagnosis.json`` in plain types; None for what the data cannot give."""
     data, after, remaining = traced.data, traced.after, traced.remaining
     held = traced.before.held_out
+    structure_left = remaining.after.there or traced.returned.there
     chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}
     effects = [_effect(each, chosen[each.effect.name], traced.explained.calibration) for each in traced.added]
     numbers: Numbers = {
@@ -42,7 +44,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
         "change_against_stated_se": standard_errors(traced.before, after),
         "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(traced.returned)},
         "verdict": verdict(len(traced.added), remaining, traced.returned),
-        "causes": [asdict(each) for each in causes(traced.rounds)],
+        "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), structure_left)],
         "effects": effects,
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {

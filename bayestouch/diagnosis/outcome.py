@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bayestouch.diagnosis.blind_rates import blind_rate_sentence
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.output.text import listed
 
@@ -59,10 +58,7 @@ def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[s
     left, structure_left = numbers["unexplained"], numbers["verdict"] in ("partly explained", "unattributed")
     causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)] if with_causes else []
     if causes:
-        condition = " if nothing else were missing" if structure_left else ""
-        out.append(f"Probabilities of causes{condition}: {', '.join(causes)}.")
-    if numbers.get("causes") and (rate := blind_rate_sentence(numbers["verdict"], len(numbers["effects"]))):
-        out.append(rate)
+        out.append(f"Probabilities of causes: {', '.join(causes)}.")
     if structure_left and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     out += _place_lines(numbers)

@@ -38,11 +38,6 @@ def test_bars_are_the_numbers() -> None:
     assert lengths == [42.0, 15.0, 3.0]
 
 
-def test_what_is_left_makes_them_conditional() -> None:
-    assert "as if nothing else were missing" in page(causes=CAUSES, verdict="unattributed")
-    assert "as if nothing else were missing" not in page(causes=CAUSES)
-
-
 def test_no_bars_without_probabilities() -> None:
     """Files of version 0.1 have none."""
     assert page(effects=[]).strip() == ""

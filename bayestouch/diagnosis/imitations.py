@@ -1,0 +1,77 @@
+"""Probabilities of causes that allow for formulas that nobody tried.
+
+The probabilities of a search compare the models that were fitted, as if one of them were right. Often none is: an
+effect of a real sensor follows a formula of its own, and a cause that no catalogue has may imitate an effect. Then the
+fit needs a second effect to repair the formula of the first, or blames an effect that is not there. Touches of one
+sensor cannot say how often this happens. It was counted on simulated fingers whose causes are known: those of the blind
+study, whose formulas nobody had seen, and those of the development study (docs/diagnosis.md).
+
+Each named cause is there with the share that was counted, independently of the others; a set that loses its last cause
+is `SOMETHING_ELSE`. "Nothing" is left as it is: it was right as often as the search says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+
+from bayestouch.diagnosis.causes import NOTHING, Causes, Names
+from bayestouch.diagnosis.place_or_time import IN_PLACE
+
+#: Name of a cause that was not tried: it is in no catalogue, or follows another formula than the catalogue's.
+SOMETHING_ELSE = "something else"
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How often causes that a diagnosis named were there.
+
+    Attributes
+    ----------
+    first, later : float
+        Share of the causes that were named first, and of those that were added to others.
+    in_place : float
+        Share of fingers with "something in place" alone on which no effect of the catalogue was simulated.
+    """
+
+    first: float
+    later: float
+    in_place: float
+
+
+# Counted by studies/imitations.py, which its test compares.
+NOTHING_LEFT = Shares(first=0.92, later=0.54, in_place=0.84)
+STRUCTURE_LEFT = Shares(first=0.74, later=0.51, in_place=0.84)
+
+
+def with_imitations(found: Sequence[Causes], structure_left: bool) -> tuple[Causes, ...]:
+    """Sets of causes and their probabilities, which sum to one, most probable first.
+
+    Parameters
+    ----------
+    found : sequence of Causes
+        Sets that were fitted, and their probabilities as if one of them were right.
+    structure_left : bool
+        Whether the diagnosis found structure that none of the causes explains.
+    """
+    total: dict[Names, float] = {}
+    for each in found:
+        for names, share in _split(each.names, STRUCTURE_LEFT if structure_left else NOTHING_LEFT):
+            total[names] = total.get(names, 0.0) + share * each.probability
+    return tuple(Causes(*each) for each in sorted(total.items(), key=lambda each: -each[1]))
+
+
+def _split(names: Names, shares: Shares) -> Iterator[tuple[Names, float]]:
+    """What of a set of causes may be there, each with its share; the shares sum to one."""
+    named = tuple(each for each in names if each not in (IN_PLACE, NOTHING))
+    if not named:
+        there = shares.in_place if IN_PLACE in names else 1.0
+        yield from ((names, there), ((SOMETHING_ELSE,), 1 - there))
+        return
+    of_each = (shares.first, *[shares.later] * (len(named) - 1))
+    for there in product((True, False), repeat=len(named)):
+        absent = {name for name, is_there in zip(named, there, strict=True) if not is_there}
+        left = tuple(each for each in names if each not in absent) if any(there) else (SOMETHING_ELSE,)
+        yield left, prod(one if is_there else 1 - one for one, is_there in zip(of_each, there, strict=True))
