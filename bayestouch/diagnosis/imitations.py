@@ -65,10 +65,12 @@ def with_imitations(found: Sequence[Causes], structure_left: bool) -> tuple[Caus
 
 def _split(names: Names, shares: Shares) -> Iterator[tuple[Names, float]]:
     """What of a set of causes may be there, each with its share; the shares sum to one."""
-    named = tuple(each for each in names if each not in (IN_PLACE, NOTHING))
+    if names == (NOTHING,):
+        yield names, 1.0
+        return
+    named = tuple(each for each in names if each != IN_PLACE)
     if not named:
-        there = shares.in_place if IN_PLACE in names else 1.0
-        yield from ((names, there), ((SOMETHING_ELSE,), 1 - there))
+        yield from ((names, shares.in_place), ((SOMETHING_ELSE,), 1 - shares.in_place))
         return
     of_each = (shares.first, *[shares.later] * (len(named) - 1))
     for there in product((True, False), repeat=len(named)):
