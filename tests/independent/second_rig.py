@@ -77,8 +77,8 @@ def load_beside_the_axis(r: Recording, value: float, rng: np.random.Generator) -
 def nicked_edge(r: Recording, value: float, rng: np.random.Generator) -> Recording:
     """A nick with a burr on each side: the edge presses along two lines, `value` mm apart.
 
-    With 65 and 35 % of the load; the centre of the load is where the edge was. Burrs of a ground blade have two ridges (Gillespie, Deburring and Edge
-    Finishing Handbook, 1999).
+    They have 65 and 35 % of the load, and its centre is where the edge was. Burrs of a ground blade have two ridges
+    (Gillespie, Deburring and Edge Finishing Handbook, 1999).
     """
     finger, edge = r.finger, r.tip == 0
     apart = np.degrees(value / finger.body.outer) * rng.choice([-1, 1])
