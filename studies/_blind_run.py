@@ -11,7 +11,6 @@ import numpy as np
 from independent.finger import Recording
 
 ROOT = Path(__file__).parents[1]
-TAG = "blind-study"
 #: What counts results.
 COUNTING = ("studies/_blind_tables.py", "studies/_cause_rules.py", "studies/_page.py")
 #: What makes results, and what counts them: the code that is examined, the simulator, and the study itself.
@@ -28,7 +27,7 @@ class FrozenError(RuntimeError):
     """The code is not the one that was frozen, or was not frozen yet."""
 
 
-def frozen_commit(root: Path = ROOT, tag: str = TAG, paths: tuple[str, ...] = FROZEN) -> str:
+def frozen_commit(tag: str, paths: tuple[str, ...] = FROZEN, root: Path = ROOT) -> str:
     """Hash of the commit that the tag names, if the files of the working tree are those of this commit.
 
     Raises

@@ -1,16 +1,18 @@
-"""The blind study of the diagnosis: new forms, new causes, two rubbers, two orders. It is run once.
+"""The blind studies of the diagnosis: new forms, new causes, two rubbers, two orders. Each of the two is run once.
 
-Forms and causes are in `tests/independent/blind_forms.py`, cases and rules are in this file, tables in
-`studies/_blind_tables.py`. All of them were committed before the code that they examine was frozen. No form was adapted
-to what the diagnosis can do, and no diagnosis of these forms was run before. Results are published whatever they are.
+Forms and causes of the first are in `tests/independent/blind_forms.py`, those of the second in `second_forms.py` beside
+it; cases and rules are in this file, tables in `studies/_blind_tables.py`. All of them were committed before the code
+that they examine was frozen. No form was adapted to what the diagnosis can do, and no diagnosis of these forms was run
+before. Results are published whatever they are.
 
-Cases, each with a finger of its own (seeds 88000 and on):
+Cases, each with a finger of its own (seeds 88000 and on in the first study, 91000 and on in the second):
 
 - one: 2 forms of every effect at sizes 1, 2 and 5; each form sees both rubbers and both orders;
-- none: 100 fingers on which nothing is missing, 25 for each rubber and order;
-- unlisted: 12 causes at sizes 2 and 5, for each rubber and order;
-- pair: 30 pairs of effects, size 2 each, twice with other forms, rubbers or orders;
-- whole: 12 fingers as large as the practice fingers, counted apart from the others, which have 8 elements.
+- none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15);
+- unlisted: 12 causes (second study: 10) at sizes 2 and 5, for each rubber and order;
+- pair: 30 pairs of effects (second study: 24 others), size 2 each, twice with other forms, rubbers or orders;
+- whole, in the first study alone: 12 fingers as large as the practice fingers, counted apart from the others, which
+  have 8 elements.
 
 A size that no plausible value reaches is replaced by the next smaller one of `blind_fingers.LADDER`.
 
@@ -34,12 +36,13 @@ How results are counted, written down before any run:
 - Causes: a set of causes is right as `studies/_cause_rules.py` counts it.
 
     python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
+        --study first   the first study in place of the second
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
         --cases N       ends after N new cases
         --tables        runs nothing: prints the tables
-        --docs          runs nothing: writes the tables of docs/blind_study.md
+        --docs          runs nothing: writes the tables of the page of the study in docs
 
-It refuses to run if the git tag `blind-study` does not exist, if a file that makes or counts the results differs from
+It refuses to run if the git tag of the study does not exist, if a file that makes or counts the results differs from
 it, or if another copy of the package is imported. The page is written only with the rules of counting of the tag.
 """
 
@@ -58,6 +61,7 @@ import tempfile
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from tqdm import tqdm
@@ -70,19 +74,17 @@ from _error_rate_versions import code_version, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
 from _result_lines import appending, kept_lines  # noqa: E402
 from _shared_out import finished  # noqa: E402
-from independent import blind_forms, dataset  # noqa: E402
+from independent import blind_forms, dataset, second_forms  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
-from independent.blind_forms import LISTED, UNLISTED, forms  # noqa: E402
 from independent.dataset import write  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
-EFFECTS = {**dataset.EFFECTS, **blind_forms.EFFECTS}
+EFFECTS = {**dataset.EFFECTS, **blind_forms.EFFECTS, **second_forms.EFFECTS}
 #: Rubber and order of touches. Any three that follow each other have both rubbers and both orders.
 CONDITIONS = (("soft", "scan"), ("stiff", "random"), ("soft", "random"), ("stiff", "scan"))
 SIZES, UNLISTED_SIZES, PAIR_SIZE = (1.0, 2.0, 5.0), (2.0, 5.0), 2.0
-PLAIN = 25
-#: Seeds of the study, and of the fingers that try the runner.
-FRESH, DEVELOPMENT = 88_000, 86_000
+#: First seed of the fingers that try the runner.
+DEVELOPMENT = 86_000
 PAIRS = (
     ("prober_eccentricity", "crosstalk"),
     ("prober_eccentricity", "gain_drift"),
@@ -115,6 +117,33 @@ PAIRS = (
     ("gain_drift", "outliers"),
     ("memory", "signal_dependent_noise"),
 )
+#: Drawn with the seed 91000 from the 180 pairs of effects that are not in `PAIRS`.
+SECOND_PAIRS = (
+    ("prober_eccentricity", "surface_profile"),
+    ("prober_eccentricity", "gain_nonlinearity"),
+    ("prober_eccentricity", "baseline_drift"),
+    ("load_offset", "load_misalignment"),
+    ("load_offset", "surface_profile"),
+    ("load_offset", "creep"),
+    ("load_offset", "memory"),
+    ("load_offset", "common_mode_noise"),
+    ("load_offset", "outliers"),
+    ("load_misalignment", "surface_profile"),
+    ("load_misalignment", "memory"),
+    ("blunt_edge", "gain_nonlinearity"),
+    ("blunt_edge", "saturation"),
+    ("tangential_load", "proximity"),
+    ("tangential_load", "baseline_drift"),
+    ("tangential_load", "common_mode_noise"),
+    ("surface_profile", "proximity"),
+    ("soft_spot", "proximity"),
+    ("soft_spot", "creep"),
+    ("crosstalk", "signal_dependent_noise"),
+    ("saturation", "signal_dependent_noise"),
+    ("saturation", "outliers"),
+    ("gain_drift", "creep"),
+    ("gain_drift", "memory"),
+)
 #: Whole fingers: effects by key with their size; of each there are two, under conditions that follow each other.
 WHOLE = (
     (),
@@ -124,6 +153,29 @@ WHOLE = (
     (("grain: ", 2.0),),
     (("seats_of_tips: ", 2.0),),
 )
+
+
+@dataclass(frozen=True)
+class Study:
+    """What one of the two studies has of its own.
+
+    `name` is that of its page and of its folder, `tag` that of the commit at which it runs, and `registry` the module
+    of its forms and causes. `plain` counts the fingers of each rubber and order on which nothing is missing.
+    """
+
+    name: str
+    tag: str
+    registry: ModuleType
+    first_seed: int
+    plain: int
+    pairs: tuple[tuple[str, str], ...]
+    whole: tuple[tuple[tuple[str, float], ...], ...] = ()
+
+
+BLIND_STUDIES = {
+    "first": Study("blind_study", "blind-study", blind_forms, 88_000, 25, PAIRS, WHOLE),
+    "second": Study("second_blind_study", "second-blind-study", second_forms, 91_000, 15, SECOND_PAIRS),
+}
 
 
 @dataclass(frozen=True)
@@ -148,26 +200,26 @@ class Case:
         return [EFFECTS[key].name for key, _ in self.effects]
 
 
-def cases() -> list[Case]:
-    """All cases of the study in a fixed random order, so that a part of the run is a smaller study."""
+def cases(study: Study) -> list[Case]:
+    """All cases of a study in a fixed random order, so that a part of the run is a smaller study."""
     plan: list[tuple[str, tuple[tuple[str, float], ...], int, str]] = []
-    for i, form in enumerate(LISTED):
+    for i, form in enumerate(study.registry.LISTED):
         plan += [("one", ((form.key, size),), i + j, "small") for j, size in enumerate(SIZES)]
-    plan += [("none", (), i, "small") for i in range(PLAIN * len(CONDITIONS))]
-    for cause in UNLISTED:
+    plan += [("none", (), i, "small") for i in range(study.plain * len(CONDITIONS))]
+    for cause in study.registry.UNLISTED:
         plan += [("unlisted", ((cause.key, size),), i, "small") for size in UNLISTED_SIZES for i in range(4)]
-    for i, (first, second) in enumerate(PAIRS):
+    for i, (first, second) in enumerate(study.pairs):
         for j in range(2):
-            both = (forms(first)[j].key, PAIR_SIZE), (forms(second)[1 - j].key, PAIR_SIZE)
-            plan.append(("pair", both, i + j, "small"))
-    for i, effects in enumerate(WHOLE):
+            keys = study.registry.forms(first)[j].key, study.registry.forms(second)[1 - j].key
+            plan.append(("pair", tuple((key, PAIR_SIZE) for key in keys), i + j, "small"))
+    for i, effects in enumerate(study.whole):
         kind = "none" if not effects else "one" if EFFECTS[effects[0][0]].listed else "unlisted"
         plan += [(kind, effects, i + j, "whole") for j in range(2)]
     out = []
-    for seed, (kind, effects, condition, size) in enumerate(plan, start=FRESH):
+    for seed, (kind, effects, condition, size) in enumerate(plan, start=study.first_seed):
         rubber, order = CONDITIONS[condition % len(CONDITIONS)]
         out.append(Case(kind, effects, rubber, order, seed, size))
-    random.Random(FRESH).shuffle(out)
+    random.Random(study.first_seed).shuffle(out)
     return out
 
 
@@ -197,7 +249,7 @@ def run(commit: str, case: Case) -> dict[str, Any]:
             return {**record, "out_of_reach": str(reason)}
         except Exception as error:  # a study of many runs counts failures, it does not stop at one
             return {**record, "not_simulated": named(error, folder)}
-        record["sizes"] = simulated.truth["sizes"]
+        record |= {"sizes": simulated.truth["sizes"], "values": simulated.truth["effects"]}
         start, cpu = time.perf_counter(), time.process_time()
         try:
             record |= diagnosed(folder, simulated.recording)
@@ -224,38 +276,41 @@ def kept(folder: Path) -> list[dict[str, Any]]:
 def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     """Run what is not in the folder, and print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("-o", "--output", type=Path, default=Path("blind_study"), help="folder of the results")
+    parser.add_argument("-o", "--output", type=Path, help="folder of the results (default: the name of the page)")
+    parser.add_argument("--study", choices=BLIND_STUDIES, default="second")
     parser.add_argument("--development", action="store_true", help="a handful of today's forms, with other seeds")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--cases", type=int, metavar="N", help="end after N new cases")
     parser.add_argument("--tables", action="store_true", help="run nothing: print the tables")
-    parser.add_argument("--docs", action="store_true", help="run nothing: write the tables of docs/blind_study.md")
+    parser.add_argument("--docs", action="store_true", help="run nothing: write the tables of the page")
     given = parser.parse_args(arguments)
+    study = BLIND_STUDIES[given.study]
+    folder = given.output or Path(study.name)
     try:
-        results = kept(given.output)
+        results = kept(folder)
         if not (given.tables or given.docs):
             require_own_package()
-            commit = "development" if given.development else frozen_commit()
+            commit = "development" if given.development else frozen_commit(study.tag)
             if results and (version_of(results[0]), results[0]["commit"]) != (code_version(), commit):
-                raise FrozenError(f"{given.output} holds results of {version_of(results[0])}; the study is run once")
+                raise FrozenError(f"{folder} holds results of {version_of(results[0])}; the study is run once")
             print(f"code version {code_version()}, commit {commit}")
             done = {each["key"] for each in results}
-            left = [each for each in (trial_cases() if given.development else cases()) if each.key not in done]
+            left = [each for each in (trial_cases() if given.development else cases(study)) if each.key not in done]
             left = left[: given.cases]
-            with appending(given.output / "results.jsonl") as append:
+            with appending(folder / "results.jsonl") as append:
                 for _, record in tqdm(finished(run, commit, left, processes=given.processes), total=len(left)):
                     results.append(record)
                     append(record)
         if given.docs and results:
             if any(each["commit"] == "development" for each in results):
                 raise FrozenError("results of development are not for the page")
-            frozen_commit(paths=COUNTING)
+            frozen_commit(study.tag, COUNTING)
     except FrozenError as reason:
         parser.exit(2, f"{parser.prog}: {reason}\n")
     text = tables(results) if results else NOT_RUN
     print(text)
     if given.docs:
-        put_into_page("blind_study.py", text, DOCS / "blind_study.md")
+        put_into_page("blind_study.py", text, DOCS / f"{study.name}.md")
     return results
 
 

@@ -1,30 +1,49 @@
-"""The blind study: its cases are complete, it runs only at its tag, and its tables count what they say."""
+"""The blind studies: cases are complete, each runs only at its tag, and tables count what they say."""
 
 from __future__ import annotations
 
 import ast
+import hashlib
 import json
+import random
 import subprocess
 from collections import Counter
+from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from independent import blind_forms, dataset
+from independent import dataset
 from study_modules import STUDIES, study
 
 blind = study("blind_study")
 import _blind_run as runs  # noqa: E402  # beside the study, which puts its folder on the path
 import _blind_tables as tables  # noqa: E402
 
-CASES = blind.cases()
-SMALL = [case for case in CASES if case.design == "small"]
+CASES = {name: blind.cases(each) for name, each in blind.BLIND_STUDIES.items()}
+ALL = [case for each in CASES.values() for case in each]
+#: What a study has, and how its page says it.
+NUMBERS = {
+    "first": {
+        "one": (126, "one effect: 42 forms at sizes 1, 2 and 5"),
+        "none": (100, "nothing is missing: 25 for each rubber and order"),
+        "unlisted": (96, "an unlisted cause: 12 at sizes 2 and 5, for each rubber and order"),
+        "pair": (60, "two effects of size 2: 30 pairs, twice"),
+    },
+    "second": {
+        "one": (126, "one effect: 42 forms at sizes 1, 2 and 5"),
+        "none": (60, "nothing is missing: 15 for each rubber and order"),
+        "unlisted": (80, "an unlisted cause: 10 at sizes 2 and 5, for each rubber and order"),
+        "pair": (48, "two effects of size 2: 24 pairs, twice"),
+    },
+}
+each_study = pytest.mark.parametrize("name", CASES)
 
 
-def of_kind(kind: str) -> list[Any]:
-    return [case for case in SMALL if case.kind == kind]
+def of_kind(name: str, kind: str) -> list[Any]:
+    return [case for case in CASES[name] if case.kind == kind and case.design == "small"]
 
 
 def result(kind: str, truth: list[str], named: list[str], verdict: str = "explained", **more: Any) -> dict[str, Any]:
@@ -51,44 +70,72 @@ def result(kind: str, truth: list[str], named: list[str], verdict: str = "explai
     } | more
 
 
-def test_every_form_has_all_sizes_both_rubbers_and_both_orders() -> None:
-    for form in blind_forms.LISTED:
-        own = [case for case in of_kind("one") if case.effects[0][0] == form.key]
+def test_the_first_study_has_the_cases_that_were_run() -> None:
+    """Hash of the keys in their order, made when the study had no other beside it."""
+    keys = "\n".join(case.key for case in CASES["first"])
+    assert hashlib.sha256(keys.encode()).hexdigest() == FIRST_CASES
+
+
+FIRST_CASES = "ce41bbd7e3c9e60bb310b292ec81c9e4e64af0b0a71fff2f89654852aabe5fea"
+
+
+@each_study
+def test_every_form_has_all_sizes_both_rubbers_and_both_orders(name: str) -> None:
+    for form in blind.BLIND_STUDIES[name].registry.LISTED:
+        own = [case for case in of_kind(name, "one") if case.effects[0][0] == form.key]
         assert {case.effects[0][1] for case in own} == {1.0, 2.0, 5.0} and len(own) == 3
         assert {case.rubber for case in own} == {"soft", "stiff"}
         assert {case.order for case in own} == {"scan", "random"}
 
 
-def test_the_other_kinds_are_complete() -> None:
-    assert Counter((case.rubber, case.order) for case in of_kind("none")) == dict.fromkeys(blind.CONDITIONS, 25)
-    unlisted = Counter((*case.effects[0], case.rubber, case.order) for case in of_kind("unlisted"))
-    assert len({key for key, *_ in unlisted}) >= 8
-    assert len(unlisted) == 12 * 2 * 4 and set(unlisted.values()) == {1}
-    pairs = of_kind("pair")
-    assert len(pairs) == 60
-    assert {name for case in pairs for name in case.names} == {form.name for form in blind_forms.LISTED}
-    assert len(set(map(frozenset, blind.PAIRS))) == 30
-    for names in blind.PAIRS:
+@each_study
+def test_the_other_kinds_are_complete(name: str) -> None:
+    of = blind.BLIND_STUDIES[name]
+    none = Counter((case.rubber, case.order) for case in of_kind(name, "none"))
+    assert none == dict.fromkeys(blind.CONDITIONS, of.plain)
+    unlisted = Counter((*case.effects[0], case.rubber, case.order) for case in of_kind(name, "unlisted"))
+    assert {key for key, *_ in unlisted} == {cause.key for cause in of.registry.UNLISTED}
+    assert len(unlisted) == len(of.registry.UNLISTED) * 2 * 4 and set(unlisted.values()) == {1}
+    pairs = of_kind(name, "pair")
+    assert len(pairs) == 2 * len(set(map(frozenset, of.pairs))) == 2 * len(of.pairs)
+    for names in of.pairs:
         own = [case for case in pairs if tuple(case.names) == names]
         assert len({key for case in own for key, _ in case.effects}) == 4
-    assert Counter(case.kind for case in CASES if case.design == "whole") == {"none": 2, "one": 6, "unlisted": 4}
+    assert {case.design for case in CASES["second"]} == {"small"}
+    whole = Counter(case.kind for case in CASES["first"] if case.design == "whole")
+    assert whole == {"none": 2, "one": 6, "unlisted": 4}
 
 
-def test_no_case_has_a_form_of_today() -> None:
-    assert not {key for case in CASES for key, _ in case.effects} & set(dataset.EFFECTS)
+def test_the_pairs_of_the_first_study_have_every_effect() -> None:
+    effects = {form.name for form in blind.BLIND_STUDIES["first"].registry.LISTED}
+    assert {name for pair in blind.PAIRS for name in pair} == effects
+
+
+def test_pairs_of_the_second_study_were_drawn_with_its_seed() -> None:
+    names = dict.fromkeys(form.name for form in blind.BLIND_STUDIES["second"].registry.LISTED)
+    others = [pair for pair in combinations(names, 2) if set(pair) not in [set(each) for each in blind.PAIRS]]
+    drawn = random.Random(91_000).sample(others, len(blind.SECOND_PAIRS))
+    assert sorted(drawn, key=others.index) == list(blind.SECOND_PAIRS)
+
+
+@each_study
+def test_all_cases_have_forms_of_their_study_alone(name: str) -> None:
+    keys = {key for case in CASES[name] for key, _ in case.effects}
+    assert keys == set(blind.BLIND_STUDIES[name].registry.EFFECTS)
 
 
 def test_trials_have_forms_of_today_and_other_seeds() -> None:
     trials = blind.trial_cases()
     assert {case.kind for case in trials} == set(tables.KINDS)
     assert {key for case in trials for key, _ in case.effects} <= set(dataset.EFFECTS)
-    assert not {case.seed for case in trials} & {case.seed for case in CASES}
+    assert not {case.seed for case in trials} & {case.seed for case in ALL}
 
 
 def test_seeds_are_of_no_other_study() -> None:
-    """Each case has its own, and no other study has a number in their range."""
-    seeds = {case.seed for case in CASES}
-    assert len(seeds) == len(CASES)
+    """Each case of both studies has its own, and no other study has a number in their ranges."""
+    seeds = {case.seed for case in ALL}
+    assert len(seeds) == len(ALL)
+    assert min(case.seed for case in CASES["second"]) == 91_000
     for path in STUDIES.rglob("*.py"):
         if path.name != "blind_study.py":
             nodes = ast.walk(ast.parse(path.read_text("utf-8")))
@@ -96,16 +143,33 @@ def test_seeds_are_of_no_other_study() -> None:
             assert not {each for each in constants if type(each) is int} & seeds, path.name
 
 
-def test_the_page_counts_the_cases() -> None:
-    page = (STUDIES.parent / "docs" / "blind_study.md").read_text("utf-8")
-    for kind, text in (
-        ("one", "one effect: 42 forms at sizes 1, 2 and 5"),
-        ("none", "nothing is missing: 25 for each rubber and order"),
-        ("unlisted", "an unlisted cause: 12 at sizes 2 and 5, for each rubber and order"),
-        ("pair", "two effects of size 2: 30 pairs, twice"),
-    ):
-        assert f"| {text} | {len(of_kind(kind))} |" in page
-    assert f"| fingers of practice size | {len(CASES) - len(SMALL)} |" in page
+@each_study
+def test_the_page_counts_the_cases(name: str) -> None:
+    page = (STUDIES.parent / "docs" / f"{blind.BLIND_STUDIES[name].name}.md").read_text("utf-8")
+    for kind, (number, text) in NUMBERS[name].items():
+        assert len(of_kind(name, kind)) == number
+        assert f"| {text} | {number} |" in page
+    whole = len(CASES[name]) - sum(number for number, _ in NUMBERS[name].values())
+    assert whole == 0 or f"| fingers of practice size | {whole} |" in page
+
+
+@each_study
+def test_tables_go_into_the_page_of_the_study(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    of, asked = blind.BLIND_STUDIES[name], []
+
+    def frozen_commit(tag: str, paths: tuple[str, ...]) -> str:
+        asked.append((tag, paths))
+        return "0123456789ab"
+
+    def put_into_page(script: str, text: str, page: Path) -> None:
+        asked.append((script, page.name))
+
+    monkeypatch.setattr(blind, "frozen_commit", frozen_commit)
+    monkeypatch.setattr(blind, "put_into_page", put_into_page)
+    (tmp_path / "results.jsonl").write_text(json.dumps(result("none", [], [], "adequate")) + "\n")
+    blind.main(["-o", str(tmp_path), "--docs", "--study", name])
+    assert asked == [(of.tag, runs.COUNTING), ("blind_study.py", f"{of.name}.md")]
+    assert "<!-- table of studies/blind_study.py -->" in (blind.DOCS / f"{of.name}.md").read_text("utf-8")
 
 
 @pytest.fixture
@@ -126,19 +190,19 @@ def repository(tmp_path: Path) -> Path:
 
 def test_it_runs_at_the_tag_whatever_else_changes(repository: Path) -> None:
     (repository / "page.md").write_text("2\n")
-    assert len(runs.frozen_commit(repository, "frozen", ("code",))) == 40
+    assert len(runs.frozen_commit("frozen", ("code",), repository)) == 40
 
 
 @pytest.mark.parametrize("changed", ["a.py", "new.py"])
 def test_it_refuses_code_that_is_not_that_of_the_tag(repository: Path, changed: str) -> None:
     (repository / "code" / changed).write_text("2\n")
     with pytest.raises(runs.FrozenError, match=changed):
-        runs.frozen_commit(repository, "frozen", ("code",))
+        runs.frozen_commit("frozen", ("code",), repository)
 
 
 def test_it_refuses_without_a_tag(repository: Path) -> None:
     with pytest.raises(runs.FrozenError, match="no frozen code"):
-        runs.frozen_commit(repository, "another", ("code",))
+        runs.frozen_commit("another", ("code",), repository)
 
 
 def test_what_makes_and_counts_results_is_frozen() -> None:
