@@ -17,10 +17,12 @@ from bayestouch.sampling.laplace import inverse_of_lower
 
 # Largest gap in correlation times; exp(-700) is near the smallest positive double.
 LONG = 700.0
+# Readings whose rows are multiplied at once. With hundreds of rows that is three times as fast as touch by touch.
+TOGETHER = 64
 
 
 def filtered(
-    touches: Iterable[tuple[FloatArray, FloatArray]], gap: FloatArray, time: FloatArray, together: int = 1
+    touches: Iterable[tuple[FloatArray, FloatArray]], gap: FloatArray, time: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Gram matrix of rows whitened by noise and functions, and log determinant of their covariance over that of noise.
 
@@ -33,8 +35,6 @@ def filtered(
         Time since the previous touch; inf for the first touch of a session.
     time : (g, c) array
         Correlation time of each function.
-    together : int
-        Least number of readings whose rows are multiplied at once; with many rows, more are faster.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def filtered(
         beyond, mean = beyond - gain.swapaxes(1, 2) @ gain, mean + gain.swapaxes(1, 2) @ new
         volume += 2 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
         held.append(new)
-        if m * len(held) >= together:
+        if m * len(held) >= TOGETHER:
             gram += _gram(held)
             held = []
     return (gram + _gram(held) if held else gram), volume

@@ -101,7 +101,6 @@ def without_drifts(
     touches: FloatArray,
     root: FloatArray,
     rows: Sequence[FloatArray],
-    together: int = 1,
 ) -> tuple[FloatArray, FloatArray]:
     """Gram matrix of whitened rows with the drifts integrated out, and log determinant of their covariance.
 
@@ -121,8 +120,6 @@ def without_drifts(
         Whitening of the readings.
     rows : sequence of (n or 1, t, m, r) arrays
         Whitened rows; the Gram matrix is that of all together.
-    together : int
-        See `bayestouch.model.drift_filter.filtered`.
 
     Returns
     -------
@@ -146,7 +143,7 @@ def without_drifts(
         return np.concatenate(each, axis=2)
 
     pairs = ((joined(int(i)), courses[:, i]) for i in order)
-    return filtered(pairs, gap, np.concatenate(time, axis=1), together)
+    return filtered(pairs, gap, np.concatenate(time, axis=1))
 
 
 def without_weights(square: FloatArray, onto: FloatArray, gram: FloatArray) -> FloatArray:

@@ -29,8 +29,6 @@ from bayestouch.priors.parameters import LogNormal, Prior
 
 # Largest number of entries of an array that is computed at once: 8 MB.
 NUMBERS_HELD = 1 << 20
-# Number of readings whose rows the filter of the drifts multiplies at once.
-TOGETHER = 64
 # Up to this number of mean readings, size and time of drifts are drawn with all others: an evaluation then takes some
 # ten milliseconds at most. More readings determine size and time well, and these are held at their mode.
 MOST_READINGS = 1000
@@ -205,7 +203,7 @@ class PadDensity:
         """`bayestouch.model.joint_drifts.without_drifts` at vectors (n, d) with the mean readings (n, t, m) there."""
         own, logs = vectors[:, : self.n_model], vectors[:, self.n_model :]
         root = np.broadcast_to(self.fitted.whitening.root, (len(vectors), *self.fitted.whitening.root.shape))
-        return without_drifts(self.model, self.drifts.drifts, logs, own, predicted, root, rows, TOGETHER)
+        return without_drifts(self.model, self.drifts.drifts, logs, own, predicted, root, rows)
 
     def at_drifts(self, vector: FloatArray) -> PadDensity:
         """The density of the entries of the model, with size and time of the drifts at those of a vector (d,).
