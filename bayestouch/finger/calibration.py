@@ -263,7 +263,7 @@ def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
             "Not every element was read twice in a touch: model error and noise cannot be distinguished, and all of it "
             "counts as noise."
         )
-    if known.load_scatter_dof == 0:
+    if known.force_scatter_dof == 0:
         source = "as stated" if priors.force_noise else "as assumed"
         notes.append(
             f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from the "

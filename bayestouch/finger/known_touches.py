@@ -39,7 +39,7 @@ class KnownTouches:
         Number of raw readings in each mean; 0 where missing.
     scatter, scatter_dof : (m,) arrays
         Sum of squares of raw readings about the mean of their touch, and its degrees of freedom (0 without repeats).
-    load_scatter, load_scatter_dof : float
+    force_scatter, force_scatter_dof : float
         Sum of squares of the readings of the force sensor, (N/m)², and its degrees of freedom.
     """
 
@@ -51,8 +51,8 @@ class KnownTouches:
     counts: NDArray[np.int64]
     scatter: FloatArray
     scatter_dof: FloatArray
-    load_scatter: float = 0.0
-    load_scatter_dof: float = 0.0
+    force_scatter: float = 0.0
+    force_scatter_dof: float = 0.0
 
     @classmethod
     def of(cls, means: TouchMeans, finger: Finger) -> tuple[KnownTouches, NDArray[np.bool_]]:
@@ -109,8 +109,8 @@ class KnownTouches:
                 counts=np.where(constant, 0, counts),
                 scatter=np.where(constant, 0.0, scatter),
                 scatter_dof=np.where(constant, 0.0, dof),
-                load_scatter=means.load_error_variance * load_dof if load_dof > 0 else 0.0,
-                load_scatter_dof=load_dof,
+                force_scatter=means.load_error_variance * load_dof if load_dof > 0 else 0.0,
+                force_scatter_dof=load_dof,
             ),
             known,
         )

@@ -93,7 +93,7 @@ def log_likelihood_of_scatter(known: KnownTouches, layout: FlatLayout, vectors: 
     """Log likelihood (...) of the noise in vectors (..., d), from repeats only."""
     noise, force = vectors[..., layout.noise], vectors[..., layout.force_noise]
     tactile = noise @ known.scatter_dof + 0.5 * (np.exp(-2 * noise) @ known.scatter)
-    loads = known.load_scatter_dof * force + 0.5 * known.load_scatter * np.exp(-2 * force)
+    loads = known.force_scatter_dof * force + 0.5 * known.force_scatter * np.exp(-2 * force)
     return np.asarray(-(tactile + loads))
 
 
@@ -105,8 +105,8 @@ def first_guess(known: KnownTouches, prior: FlatPrior) -> FloatArray:
     some = known.scatter_dof > 0
     scatter = np.where(some, known.scatter, 1.0) / np.where(some, known.scatter_dof, 1.0)
     guess[: layout.n_elements] = np.where(some, 0.5 * np.log(scatter), guess[: layout.n_elements])
-    if known.load_scatter_dof > 0:
-        guess[layout.force_noise - offset] = 0.5 * np.log(known.load_scatter / known.load_scatter_dof)
+    if known.force_scatter_dof > 0:
+        guess[layout.force_noise - offset] = 0.5 * np.log(known.force_scatter / known.force_scatter_dof)
     return guess
 
 
@@ -274,16 +274,16 @@ def _force_noise(
     """Mean and variance of log s_F, for fixed other parameters."""
     i = prior.layout.force_noise
     centre, spread = prior.mean[i], prior.spread[i]
-    if known.load_scatter_dof > 0:
-        centre = 0.5 * np.log(known.load_scatter / known.load_scatter_dof)
-        spread = min(spread, 1 / np.sqrt(2 * known.load_scatter_dof))
+    if known.force_scatter_dof > 0:
+        centre = 0.5 * np.log(known.force_scatter / known.force_scatter_dof)
+        spread = min(spread, 1 / np.sqrt(2 * known.force_scatter_dof))
     grid = centre + spread * FORCE_STEPS
     by_load = (residuals.slope**2 * weight).sum(axis=1)
     by_both = (residuals.slope * residuals.left * weight).sum(axis=1)
     load_sd = known.load_sd(np.exp(grid))
     a = 1 + load_sd**2 * by_load
     out = 0.5 * ((load_sd * by_both) ** 2 / a - np.log(a)).sum(axis=1)
-    out -= known.load_scatter_dof * grid + 0.5 * known.load_scatter * np.exp(-2 * grid)
+    out -= known.force_scatter_dof * grid + 0.5 * known.force_scatter * np.exp(-2 * grid)
     out -= 0.5 * ((grid - prior.mean[i]) / prior.spread[i]) ** 2
     mass = np.exp(out - out.max())
     mean, covariance = _moments([grid], mass / mass.sum())

@@ -87,7 +87,7 @@ def shared_errors(case: Case, values: Mapping[str, FloatArray], with_effect):  #
     return here, [own + e**2 * np.outer(row, row) for e, row in zip(error, slope, strict=True)]
 
 
-def load_scatter(case: Case, values: Mapping[str, FloatArray]) -> float:
+def force_scatter(case: Case, values: Mapping[str, FloatArray]) -> float:
     """Log density of the readings of the load about the mean of their touch."""
     table = case.fit.fitted.model.known.table.load
     return sum(
@@ -107,7 +107,7 @@ def written_out(case: Case, x: FloatArray, with_effect, variance) -> float:  # t
         k, own = len(rows), noise[touch]
         covariance = np.kron(np.ones((k, k)), shared[touch]) + np.kron(np.eye(k), np.diag(own))
         total += multivariate_normal(np.tile(here[touch], k), covariance).logpdf(readings[rows].ravel())
-    return total + load_scatter(case, values)
+    return total + force_scatter(case, values)
 
 
 def agree(case: Case, expected: list[float], points: FloatArray, within: float = WITHIN) -> None:
@@ -200,7 +200,7 @@ def test_outliers() -> None:
         values = one.density.to_parameters(x)
         share, size = (float(values[f"outliers_{name}"]) for name in ("probability", "size"))
         usual, missed = values["noise_sd"] ** 2, values["discrepancy_sd"] ** 2
-        load, total = known.means.load, load_scatter(one, values)
+        load, total = known.means.load, force_scatter(one, values)
         here, up = (predicted(one, values, load * h) for h in (1.0, 1.001))
         for touch, rows in enumerate(one.samples):
             error = float(values["force_noise_sd"]) / np.sqrt(len(rows)) * node
@@ -242,7 +242,7 @@ def test_a_drift(name: str) -> None:
         total = multivariate_normal(here.ravel(), covariance.reshape(t * m, t * m)).logpdf(known.means.readings.ravel())
         for rows in one.samples:
             total += norm(0, values["noise_sd"]).logpdf(known.deviation[rows]).sum() + np.log(values["noise_sd"]).sum()
-        expected.append(float(total) + load_scatter(one, values))
+        expected.append(float(total) + force_scatter(one, values))
     # The series is good to so much, see `bayestouch.finger.local_series`.
     agree(one, expected, points, local_series.LARGEST_ERROR)
 
