@@ -6,6 +6,9 @@ were there, on simulated fingers whose causes are known: those of the first blin
 and those of `causes.py` for development (formulas like those of the catalogue). Each study has half of the weight.
 `bayestouch.diagnosis.imitations` has these shares, and a test compares them.
 
+Results of development are those of ``causes.py -o FILE --development --fingers 10 --cases 146``; of each finger, sets
+of causes with a probability below one in a million are left out.
+
     python studies/imitations.py [--docs]
 
 `--docs` writes the table of docs/diagnosis.md.
@@ -28,6 +31,7 @@ from causes import with_statement
 
 from bayestouch.diagnosis.causes import NOTHING
 from bayestouch.diagnosis.place_or_time import IN_PLACE
+from bayestouch.diagnosis.verdict import structure_left
 
 Record = dict[str, Any]
 #: Results of each study.
@@ -65,11 +69,11 @@ class Count:
 
 def named(record: Record) -> Iterator[tuple[tuple[str, bool], bool]]:
     """Row of the table and whether it was there, for each cause that the verdict of a diagnosis names."""
-    structure_left = record["verdict"] in ("partly explained", "unattributed")
+    left = structure_left(record["verdict"])
     effects = [each for each in record["stated"] if each not in (IN_PLACE, NOTHING)]
     for i, name in enumerate(effects):
-        yield ("later" if i else "first", structure_left), name in record["truth"]
-    if not effects and structure_left:
+        yield ("later" if i else "first", left), name in record["truth"]
+    if not effects and left:
         yield ("in_place", True), record["kind"] == "unlisted"
 
 
@@ -115,7 +119,7 @@ def main(arguments: list[str] | None = None) -> str:
     text = table(results())
     print(text)
     if given.docs:
-        put_into_page("imitations.py", text + "\n", DOCS / "diagnosis.md")
+        put_into_page("imitations.py", text, DOCS / "diagnosis.md")
     return text
 
 

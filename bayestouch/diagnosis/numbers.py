@@ -13,7 +13,7 @@ from bayestouch.diagnosis.imitations import with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
-from bayestouch.diagnosis.verdict import LackOfFit, verdict
+from bayestouch.diagnosis.verdict import LackOfFit, structure_left, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.touch_errors import TouchErrors
@@ -26,7 +26,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
     """Content of ``diagnosis.json`` in plain types; None for what the data cannot give."""
     data, after, remaining = traced.data, traced.after, traced.remaining
     held = traced.before.held_out
-    structure_left = remaining.after.there or traced.returned.there
+    said = verdict(len(traced.added), remaining, traced.returned)
     chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}
     effects = [_effect(each, chosen[each.effect.name], traced.explained.calibration) for each in traced.added]
     numbers: Numbers = {
@@ -43,8 +43,8 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
         "after_against_stated": _errors(after, stated=True),
         "change_against_stated_se": standard_errors(traced.before, after),
         "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(traced.returned)},
-        "verdict": verdict(len(traced.added), remaining, traced.returned),
-        "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), structure_left)],
+        "verdict": said,
+        "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), structure_left(said))],
         "effects": effects,
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bayestouch.diagnosis.place_or_time import IN_PLACE
+from bayestouch.diagnosis.verdict import structure_left
 from bayestouch.output.text import listed
 
 #: Text of each verdict in ``diagnosis.json``; the first two are the beginning of a sentence.
@@ -55,11 +56,11 @@ def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[s
         if effect["indistinguishable_from"]:
             line += f" These data cannot distinguish it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
-    left, structure_left = numbers["unexplained"], numbers["verdict"] in ("partly explained", "unattributed")
+    left = numbers["unexplained"]
     causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)] if with_causes else []
     if causes:
         out.append(f"Probabilities of causes: {', '.join(causes)}.")
-    if structure_left and left["where"] != "nowhere":
+    if structure_left(numbers["verdict"]) and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     out += _place_lines(numbers)
     if numbers["correction"] is not None:

@@ -131,6 +131,11 @@ def _pure_freedom(fitted: Fitted) -> float:
     return freedom if freedom > 0 else 0.5 * fitted.n_readings
 
 
+def structure_left(verdict: str) -> bool:
+    """Whether a verdict says that structure is left which no effect explains."""
+    return verdict in ("partly explained", "unattributed")
+
+
 def verdict(n_effects: int, remaining: Remaining, returned: LackOfFit) -> Verdict:
     """Verdict from the number of effects, the remaining misfit, and the test of the model that is returned."""
     if remaining.after.there or returned.there:
