@@ -23,6 +23,11 @@ from bayestouch.parallel.cluster import in_order
 # The fit of a candidate stops when a step gains less than this share of what there is to explain. The fit of the chosen
 # candidate continues to convergence.
 ROUGHLY = 3e-4
+# Condition for a gain of held-out log density to be clear, in standard errors.
+ERRORS = 3.0
+# Largest gain or loss of one touch that counts if a few touches have most of the gain, nats. By chance a touch gains so
+# much with a probability below e^-10.
+MOST_OF_A_TOUCH = 10.0
 
 
 def folds(fitted: Fitted) -> IntArray:
@@ -68,11 +73,21 @@ def paired(difference: FloatArray) -> tuple[float, float]:
     return float(difference.sum()), float(np.sqrt(n * difference.var(ddof=1))) if n > 1 else float("nan")
 
 
+def is_clear(difference: FloatArray) -> bool:
+    """Whether a gain, from the gain (t,) of each touch, is above zero by `ERRORS` standard errors.
+
+    Rare events, such as outliers, change few touches, but these very much: then the standard error is large because the
+    gain is. So a gain is also clear if it is so where no touch counts more than `MOST_OF_A_TOUCH`.
+    """
+    limited = np.clip(difference, -MOST_OF_A_TOUCH, MOST_OF_A_TOUCH)
+    return difference.sum() > 0 and any(gain > ERRORS * error for gain, error in map(paired, (difference, limited)))
+
+
 def tried_noise(noise: NoiseCandidate, *, by_chance: bool) -> Tried:
     """Result of a candidate of the noise, which needs no refit; `by_chance` if chance explains its score."""
     gain, error = paired(noise.difference)
-    one = Tried(noise.effect, noise.z, 1.0, noise.values, gain, error, of_means=0.0, by_itself=True, share=1.0)
-    scored_gain = noise.gain if by_chance else float("nan")
+    clear, scored_gain = is_clear(noise.difference), noise.gain if by_chance else float("nan")
+    one = Tried(noise.effect, noise.z, 1.0, noise.values, gain, error, clear, of_means=0.0, by_itself=True, share=1.0)
     return replace(one, difference=noise.difference, noise=noise, scored_gain=scored_gain)
 
 
@@ -123,6 +138,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         start=again.values,
         gain=gain,
         gain_se=error,
+        clear=is_clear(gained(difference)),
         of_means=float(difference[:, 2].sum()),
         by_itself=within > max(errors * within_se, least),
         fitted=new,

@@ -8,11 +8,12 @@ from functools import partial
 from typing import Any
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.diagnosis.comparison import ERRORS
 from bayestouch.diagnosis.evaluation import ToEvaluate, both_evaluated
 from bayestouch.diagnosis.harm import harmless, moving_effects, references_believed
 from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.rounds import SearchRound
-from bayestouch.diagnosis.search import ERRORS, search
+from bayestouch.diagnosis.search import search
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
 from bayestouch.effects import Values

@@ -29,6 +29,8 @@ class Tried:
         Values from the score, or from the refit if there was one.
     gain, gain_se : float
         Gain of held-out log density, and its standard error over touches; NaN if it was not refitted.
+    clear : bool
+        Whether the gain is clear, see `bayestouch.diagnosis.comparison.is_clear`.
     of_means : float
         Decrease of half the squared error of the means of held-out touches, in units of the noise. Unlike this, the
         gain of density is positive even for a random function that predicts nothing, because it is uncertain.
@@ -61,6 +63,7 @@ class Tried:
     start: Values
     gain: float = float("nan")
     gain_se: float = float("nan")
+    clear: bool = False
     of_means: float = float("nan")
     by_itself: bool = False
     share: float = float("nan")

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayestouch.diagnosis.choice import indistinguishable_from, most_probable
 from bayestouch.diagnosis.comparison import (
+    ERRORS,
     density,
     density_of_readings,
     gained,
@@ -39,8 +40,6 @@ LEADING, MOST_EFFECTS = 5, 4
 # Conditions for an effect to be real. By chance, any of the effects that were tried has such a score with less than
 # this probability.
 CHANCE = 0.01
-# It predicts held-out touches better by this many standard errors.
-ERRORS = 3.0
 # What it explains is at least a tenth of the noise of an averaged touch (root mean square).
 MATERIAL = 0.1
 # However many readings there are, so large a gain of log density is relevant.
@@ -258,7 +257,7 @@ def _passes(z: float, trials: int) -> bool:
 def _is_real(tried: Tried, trials: int, least: float) -> bool:
     if not np.isfinite(tried.gain) or not _passes(tried.z, trials):
         return False
-    if tried.gain < ERRORS * tried.gain_se or tried.gain < least:
+    if not tried.clear or tried.gain < least:
         return False
     if tried.share < SHARE and not tried.by_itself:
         return False
@@ -268,7 +267,7 @@ def _is_real(tried: Tried, trials: int, least: float) -> bool:
 
 def is_near(tried: Tried) -> bool:
     """True if the effect may be real: it explains much, but is not certain."""
-    return 0 < tried.gain < ERRORS * tried.gain_se and tried.share >= SHARE
+    return tried.gain > 0 and not tried.clear and tried.share >= SHARE
 
 
 def _share(tried: Tried, scored: Candidate, possible: float) -> float:

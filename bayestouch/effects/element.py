@@ -69,7 +69,7 @@ class Crosstalk(Effect):
         share = EffectParameter("share", "", "share of each neighbour's signal", Normal(0.0, 0.1), (0.001,), 0.0)
         if not setting.finger:
             return cls((share,), pairs)
-        reach = EffectParameter("reach", "", "share of an element over that of the nearer one", Uniform(0, 0.6), (0.1,))
+        reach = EffectParameter("reach", "", "share of an element over that of the nearer one", Uniform(0, 1), (0.1, 1))
         lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
         return cls((share, reach, lean), pairs)
 
@@ -104,7 +104,7 @@ class ChannelLag(Effect):
 
     parameters: tuple[EffectParameter, ...] = (
         EffectParameter("share", "", "share left of the channel before", Normal(0.0, 0.1), (0.001,), 0.0),
-        EffectParameter("carry", "", "weight of a channel over that of the next one", Uniform(0.0, 0.8), (0.1,)),
+        EffectParameter("carry", "", "weight of a channel over that of the next one", Uniform(-0.8, 0.8), (0.1, -0.5)),
     )
 
     name: ClassVar[str] = "channel_lag"

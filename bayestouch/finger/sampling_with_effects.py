@@ -40,6 +40,8 @@ NEAR = 6.0
 LOST = 100.0
 # Least precision of the prior of a coordinate along a ridge.
 LEAST = 1e-3
+# No coordinate is farther from the mode than by so many standard deviations of its prior.
+FAR_BY_PRIOR = 6.0
 # On a ridge the normal approximation in the new coordinates is worse.
 ON_RIDGES = Budget(THIN, enough=0.5)
 # With drifts or a correction an evaluation takes milliseconds: one more round of refinement saves more time than it
@@ -277,22 +279,24 @@ def _bend(
     """Shift of the other coordinates of the chain by the values of its effects; None if it is nearly linear."""
     at, n, vector = posterior.layout, posterior.layout.n_chain, start.vector
     base, low, high = slice(0, at.n_base), *ends
-    margin = 1e-6 * posterior.prior.spread[base]
+    margin = 1e-6 * posterior.prior.spread[:n]
     hessian = start.linear.hessian + np.diag(start.prior_spread**-2.0)
     linear_part = -np.linalg.solve(hessian[base, base], hessian[base, at.values])
     # The map shifts its centre by the same step: the bend is what is left.
     middle = vector[:n] + np.linalg.solve(hessian, start.linear.pull)
     along = np.isin(np.arange(n)[at.values], ridges.standard)
     limits = np.where(along, -np.inf, low[at.values]), np.where(along, np.inf, high[at.values])
+    # If hardly any reading depends on a value, the normal density may reach to where readings overflow.
+    reach, edge = FAR_BY_PRIOR * posterior.prior.spread[:n], np.where(np.arange(n) < at.n_base, margin, 0.0)
+    possible = np.maximum(low[:n] + edge, vector[:n] - reach), np.minimum(high[:n] - edge, vector[:n] + reach)
 
     def step(values: FloatArray) -> tuple[FloatArray, float]:
         moved = vector.copy()
         moved[at.values] = values
         moved[base] = middle[base] + linear_part @ (values - middle[at.values])
         moved = ridges(moved[None])[0][0]
-        moved[at.values] = np.clip(moved[at.values], low[at.values], high[at.values])
         first = moved[base].copy()
-        moved[base] = np.clip(first, low[base] + margin, high[base] - margin)
+        moved[:n] = np.clip(moved[:n], *possible)
         linear = linearised_chain(fitted, posterior, moved)
         precision = linear.hessian[base, base] + np.diag(posterior.prior.spread[base] ** -2.0)
         total = linear.pull[base]
