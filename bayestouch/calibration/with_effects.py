@@ -84,7 +84,7 @@ def fit_stated(
     data = SplitData.of_calibration(dataset)
     begun = body_of(dataset.sensor).begin(data, draws=draws, seed=seed, **options)
     fitted, known = begun.fitted, {effect.name for effect in begun.effects}
-    effects = named_effects([name for name, _ in model.effects], begun.setting)
+    effects = named_effects([name for name, _ in model.effects], begun.setting, dict(model.effects))
     for effect in effects:
         if effect.name not in known:
             raise InputError(f"effect {effect.name} goes with the place of the touch: the map of a pad has it already")

@@ -76,12 +76,12 @@ def worse_quantities_of(before: EvaluatedModel, after: EvaluatedModel, *, believ
 def references_believed(rounds: tuple[SearchRound, ...], remaining: Remaining, names: Iterable[str]) -> bool:
     """Whether the data show that references have the errors that the effects `names` of a search describe.
 
-    They do if these effects, with the others that were found, explain held-out readings, and no other effect would do
-    so as well.
+    They do if these effects, with the others that were found, explain held-out readings within the noise, and no other
+    effect would do so as well.
     """
     found = set(names)
     clear = all(not each.added.indistinguishable for each in rounds if each.added and each.added.effect.name in found)
-    return clear and remaining.fraction < MOST_LEFT
+    return clear and remaining.fraction < MOST_LEFT and not remaining.after.there
 
 
 def moving_effects(model: EvaluatedModel) -> tuple[str, ...]:

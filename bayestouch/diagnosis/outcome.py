@@ -8,6 +8,7 @@ from typing import Any
 
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.verdict import structure_left
+from bayestouch.effects.effect import OWN
 from bayestouch.output.text import listed
 
 #: Text of each verdict in ``diagnosis.json``; the first two are the beginning of a sentence.
@@ -89,6 +90,10 @@ def _probability(value: float) -> str:
 
 
 def _values(parameters: Mapping[str, Any]) -> str:
+    unequal = {name: each for name, each in parameters.items() if name.startswith(OWN)}
+    if len(parameters) > len(unequal) > 0:
+        shared = {name: each for name, each in parameters.items() if name not in unequal}
+        return f"{_values(shared)}; of the elements: {_values(unequal)}"
     if len(parameters) <= _MOST_VALUES:
         return ", ".join(_value(name, each) for name, each in parameters.items())
     clear = sum(abs(each["mean"]) > _STANDARD_ERRORS * (each["sd"] or math.inf) for each in parameters.values())

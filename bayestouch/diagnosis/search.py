@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.choice import indistinguishable_from, most_probable
 from bayestouch.diagnosis.comparison import (
     ERRORS,
@@ -14,7 +15,9 @@ from bayestouch.diagnosis.comparison import (
     gained,
     gained_in_place,
     held_out_each_way,
+    is_clear,
     paired,
+    refit,
     refit_all,
     tried_noise,
 )
@@ -35,7 +38,8 @@ from bayestouch.output.progress import Progress, staged, tell
 
 # Fractions of a round's time at the end of scoring and of refitting; the correction follows.
 SCORED, REFITTED = 0.25, 0.8
-# Number of candidates that are refitted in a round; largest number of rounds that add an effect.
+# Number of candidates that are refitted in a round, besides random functions of time; largest number of rounds that
+# add an effect.
 LEADING, MOST_EFFECTS = 5, 4
 # Conditions for an effect to be real. By chance, any of the effects that were tried has such a score with less than
 # this probability.
@@ -53,6 +57,8 @@ TOGETHER = 0.75
 TOGETHER_RANDOM = 0.6
 # Number of other effects that are tried as the first one if the best one does not lead to a model within the noise.
 OTHER_STARTS = 2
+# Number of the best candidates that are refitted with unequal elements, too.
+UNEQUAL = 3
 # A random function of time is not tried if less than this share of it is distinct from the model.
 VISIBLE = 0.2
 
@@ -93,8 +99,12 @@ def _other_firsts(first: SearchRound) -> list[SearchRound]:
 
 def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
     """True if the model of the last round leaves no relevant misfit."""
-    left = rounds[-1].before
-    return left.excess < 0.5 * MATERIAL * left.n_readings
+    return _is_small(rounds[-1].before)
+
+
+def _is_small(left: Fitted | None) -> bool:
+    """True if the misfit of a model is not relevant."""
+    return left is not None and left.excess < 0.5 * MATERIAL * left.n_readings
 
 
 def _retained(
@@ -199,7 +209,7 @@ def one_round(
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
     before, least = density(fitted), _smallest_gain(fitted)
-    leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
+    leading = _leading([c for c in scored if _passes(c.z, trials) and c.gain > 0])
     part = (REFITTED - SCORED) / max(len(leading), 1)
     stages = [*(f"refit {each.effect.name}" for each in leading), "functions of place"]
 
@@ -219,7 +229,7 @@ def one_round(
         scored_gain = float("nan") if _passes(c.z, trials) else c.gain - float(np.log(c.trials))
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
-    tried.sort(key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
+    tried = _with_unequal(_best_first(tried), fitted, before, least, possible)
     real = [each for each in tried if _is_real(each, trials, least)]
     drifts = {each.effect.name: each.held_out for each in real if each.effect.random and each.held_out is not None}
     faced = place_or_time(fitted, drifts, in_place)
@@ -241,6 +251,39 @@ def one_round(
     gains = possible, correction, correction_gain, correction_se
     held = held_out_each_way(fitted, fitted.linear, before), in_place
     return SearchRound(fitted, tuple(tried), *gains, added, (), others, faced, *held)
+
+
+def _leading(scored: list[Candidate]) -> list[Candidate]:
+    """The best candidates, and every random function of time that is better than the last of them."""
+    last = [k for k, each in enumerate(scored) if not each.effect.random][:LEADING]
+    return scored[: last[-1] + 1] if len(last) == LEADING else scored
+
+
+def _best_first(tried: list[Tried]) -> list[Tried]:
+    """Candidates in decreasing order of the gain, then of the score."""
+    return sorted(tried, key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
+
+
+def _with_unequal(tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float) -> list[Tried]:
+    """The candidates; the best ones with unequal elements where this is clearly better.
+
+    It is not tried where a model with equal elements leaves no relevant misfit.
+    """
+    refitted = [each for each in tried if each.fitted is not None and not each.effect.random]
+    plain = [each for each in refitted if each.gain > least and each.share >= SHARE][:UNEQUAL]
+    if any(_is_small(each.fitted) for each in plain):
+        return tried
+    better: dict[str, Tried] = {}
+    for each in plain:
+        effect = each.effect.unequal(fitted.model.n_elements)
+        if effect is None or each.difference is None or each.signature is None:
+            continue
+        start = (*each.start, *(0.0,) * (len(effect.parameters) - len(each.start)))
+        candidate = Candidate(effect, start, each.z, 1, each.gain, each.seen, each.signature)
+        again = refit(fitted, candidate, before, ERRORS, least)
+        if again.difference is not None and is_clear(again.difference - each.difference):
+            better[effect.name] = replace(again, share=_share(again, candidate, possible))
+    return _best_first([better.get(each.effect.name, each) for each in tried])
 
 
 def _smallest_gain(fitted: Fitted) -> float:

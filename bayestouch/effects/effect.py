@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar, Literal
@@ -213,6 +214,25 @@ class Effect:
         """All combinations of the probes of the parameters."""
         return tuple(product(*(each.probes for each in self.parameters)))
 
+    def unequal(self, n_elements: int) -> Effect | None:
+        """The effect with a parameter of its own for each element, after the others; None if it has no such form.
+
+        At zero of these parameters, all elements have the effect in equal measure.
+        """
+        return None
+
+    def in_form_with(self, names: Iterable[str], n_elements: int) -> Effect:
+        """The effect, with unequal elements if only this form has a parameter of one of the names."""
+        unequal = self.unequal(n_elements)
+        if unequal is None or not set(names) & (unequal.names - self.names):
+            return self
+        return unequal
+
+    @property
+    def names(self) -> set[str]:
+        """Names of the parameters."""
+        return {each.name for each in self.parameters}
+
     def without(self, values: Values) -> Values:
         """The values with every amplitude at its null, where the effect changes nothing."""
         return tuple(
@@ -240,3 +260,15 @@ class Effect:
             )
             for each in self.parameters
         )
+
+
+#: How the names of the parameters of elements begin.
+OWN = "own_"
+
+
+def own_parameters(n_elements: int, what: str, sd: float) -> tuple[EffectParameter, ...]:
+    """One parameter for each element, ``own_01`` and on, with a normal prior about zero; `what` describes it."""
+    prior = Normal(0.0, sd)
+    return tuple(
+        EffectParameter(f"{OWN}{e:02d}", "", f"{what} of element {e}", prior, (0.0,)) for e in range(1, n_elements + 1)
+    )

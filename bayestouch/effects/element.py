@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import ClassVar
 
@@ -12,8 +13,12 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.bell import TAILS, bell
-from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
+
+# Parameter of an element whose share differs from that of all, and the standard deviation of its prior: parts made by
+# hand differ by about a half.
+EXCESS, SPREAD = "relative excess of the share", 0.5
 
 
 @dataclass(frozen=True)
@@ -48,8 +53,9 @@ class Crosstalk(Effect):
     """A share of the signals of both neighbours is added to each channel.
 
     The capacitance between leads is largest for neighbours. On a finger, each element further away adds `reach` times
-    what the element before it adds. `lean` is the difference between the two sides: (1 + lean) `share` comes from
-    elements at smaller angles, (1 - lean) `share` from those at larger angles.
+    what the element before it adds; with a reach of 1 all add the same, as they do through a common return. `lean` is
+    the difference between the two sides: (1 + lean) `share` comes from elements at smaller angles, (1 - lean) `share`
+    from those at larger angles. If elements are unequal, element e gets 1 + `own_e` times this.
 
     Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on capacitive coupling.
     """
@@ -73,10 +79,14 @@ class Crosstalk(Effect):
         lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
         return cls((share, reach, lean), pairs)
 
+    def unequal(self, n_elements: int) -> Effect | None:
+        if len(self.parameters) == 1:
+            return None
+        return replace(self, parameters=(*self.parameters[:3], *own_parameters(n_elements, EXCESS, SPREAD)))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, *shape = values
-        leaks = (share * self._leaks(recording, *shape)).astype(recording.signal.dtype)
-        return np.asarray(recording.signal + recording.signal @ leaks.T)
+        leaks = values[0] * self._leaks(recording, *values[1:3]) * of_elements(values[3:])[:, None]
+        return np.asarray(recording.signal + recording.signal @ leaks.astype(recording.signal.dtype).T)
 
     def _leaks(self, recording: Recording, reach: float = 0.0, lean: float = 0.0) -> FloatArray:
         """Weight (m, m) with which each element (row) reads each other element (column); 1 for a neighbour."""
@@ -97,7 +107,8 @@ class ChannelLag(Effect):
 
     Channels are scanned in the order of the table; the first one follows the last one of the previous scan. All
     earlier channels together have the weight `share`. With each step back the weight is smaller by the factor `carry`:
-    `carry` is 0 if each channel starts from zero, and equals `share` if one capacitor settles from channel to channel.
+    `carry` is 0 if each channel starts from zero, equals `share` if one capacitor settles from channel to channel, and
+    is negative if the amplifier rings. If elements are unequal, the change of element e is 1 + `own_e` times this.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """
@@ -115,13 +126,17 @@ class ChannelLag(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.n_elements > 2 else None
 
+    def unequal(self, n_elements: int) -> Effect | None:
+        return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD)))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, carry = values
+        share, carry, *own = values
         m = recording.signal.shape[1]
         # The weight of the channel k + 1 before is (1 - carry) carry^k, summed over all scans of this channel.
         before = (np.arange(m)[:, None] - np.arange(m) - 1) % m
-        weight = (share * (1 - carry) * carry**before / (1 - carry**m)).astype(recording.signal.dtype)
-        return np.asarray((1 - share) * recording.signal + recording.signal @ weight.T)
+        weight = (1 - carry) * carry**before / (1 - carry**m) - np.eye(m)
+        weight = (share * weight * of_elements(own)[:, None]).astype(recording.signal.dtype)
+        return np.asarray(recording.signal + recording.signal @ weight.T)
 
 
 @dataclass(frozen=True)
@@ -131,7 +146,8 @@ class Proximity(Effect):
     This occurs in capacitive, thermal and optical elements. `share` is the height of the bell over the peak reading.
     The height grows with a power of the load, `load_power`: with 0 it does not depend on the load, with 1 it is
     proportional to the load.
-    `tails` is the shape of the bell: the larger, the more slowly it decreases.
+    `tails` is the shape of the bell: the larger, the more slowly it decreases. If elements are unequal, the response of
+    element e is 1 + `own_e` times this.
 
     Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.
     """
@@ -157,11 +173,19 @@ class Proximity(Effect):
             )
         )
 
+    def unequal(self, n_elements: int) -> Effect | None:
+        return replace(self, parameters=(*self.parameters[:4], *own_parameters(n_elements, EXCESS, SPREAD)))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, width, power, tails = values
+        share, width, power, tails, *own = values
         turn = (recording.element_place[0] - recording.place[0][:, None] + 180) % 360 - 180
         size = recording.peak * (np.maximum(recording.load, 0.0) / recording.reference_load)[:, None] ** power
-        return np.asarray(recording.signal + share * size * bell((turn / width) ** 2, tails))
+        return np.asarray(recording.signal + share * of_elements(own) * size * bell((turn / width) ** 2, tails))
+
+
+def of_elements(own: Sequence[float]) -> FloatArray:
+    """Share of each element over that of all, from the excess of each; one if none is given."""
+    return 1 + np.array(own) if len(own) else np.ones(1)
 
 
 def neighbours(setting: Setting) -> tuple[tuple[int, int], ...]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
-from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
+from bayestouch.effects.element import EXCESS, SPREAD, of_elements
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 # Largest reading over the peak (or over the limit of a saturation): it prevents overflow.
@@ -23,7 +24,8 @@ class GainNonlinearity(Effect):
     """The gain changes with the reading: y (1 + share |y/peak|^power).
 
     The curve is expansive for `share` > 0, compressive for `share` < 0. Power 1 is the first term of a rational curve,
-    power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well.
+    power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well. If elements are unequal, the
+    share of element e is 1 + `own_e` times that of all.
 
     Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions.
     """
@@ -42,11 +44,15 @@ class GainNonlinearity(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
+    def unequal(self, n_elements: int) -> Effect | None:
+        return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD)))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, power = values
+        share, power, *own = values
         # A step of a fit may lead to extreme values of the signal and the power.
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
-        return np.asarray(recording.signal * np.maximum(1 + share * size ** min(power, STEEP), 0.05))
+        change = share * of_elements(own) * size ** min(power, STEEP)
+        return np.asarray(recording.signal * np.maximum(1 + change, 0.05))
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,8 @@ class Saturation(Effect):
 
     `level` is the limit over the peak reading: over each element's own peak for `shared` = 0 (a limit in the element),
     over the mean peak of all elements for `shared` = 1 (a limit of the amplifier). The larger `knee`, the sharper the
-    limit. A curve that bends over its whole range is `gain_nonlinearity`.
+    limit. If elements are unequal, the limit of element e is exp(`own_e`) times this. A curve that bends over its whole
+    range is `gain_nonlinearity`.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on the output swing of amplifiers.
     """
@@ -82,11 +89,16 @@ class Saturation(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
+    def unequal(self, n_elements: int) -> Effect | None:
+        own = own_parameters(n_elements, "logarithm of the relative limit", SPREAD)
+        return replace(self, parameters=(*self.parameters[:3], *own))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        level, knee, shared = values
+        level, knee, shared, *own = values
         if np.isinf(level):
             return recording.signal
         limit = level * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
+        limit = limit * np.exp(own) if own else limit
         over = np.minimum(np.abs(recording.signal) / limit, FAR)
         return np.asarray(recording.signal / (1 + over**knee) ** (1 / knee))
 

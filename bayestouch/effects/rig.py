@@ -12,6 +12,10 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import Normal
 
+# Largest angle error of a prober, degree. On a finger of 12.7 mm the axis would be 1.1 mm beside, which is seen without
+# any measurement. Without this limit it can imitate all that makes peaks wider.
+LARGEST = 5.0
+
 
 def once_around(angle_deg: FloatArray, values: Values, centre: tuple[float, ...]) -> FloatArray:
     """a (sin θ - s) + b (cos θ - c) at angles θ, for values (a, b) and a centre (s, c)."""
@@ -50,7 +54,9 @@ class ProberEccentricity(Effect):
         if not setting.finger:
             return None
         parameters = tuple(
-            EffectParameter(name, "degree", f"angle error per {what} θ", Normal(0.0, 1.0), (0.1,), 0.0)
+            EffectParameter(
+                name, "degree", f"angle error per {what} θ", Normal(0.0, 1.0, -LARGEST, LARGEST), (0.1,), 0.0
+            )
             for name, what in (("sine", "sin"), ("cosine", "cos"))
         )
         return cls(parameters, centre_of_elements(setting))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,9 @@ from bayestouch.errors import InputError, shown, unknown_name
 from bayestouch.model.noise import AddedNoise
 from bayestouch.results.data import CalibrationData
 from bayestouch.results.keys import EFFECTS
+
+#: No parameter of any effect.
+NOTHING_STATED: Mapping[str, Iterable[str]] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +96,7 @@ class EffectList:
             parameters = {str(name): list(each) for name, each in content["parameters"].items()}
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
             raise InputError("expected the effects of a chain as JSON", column=EFFECTS) from error
-        effects = named_effects(list(parameters), setting)
+        effects = named_effects(list(parameters), setting, parameters)
         for effect in effects:
             names = [each.name for each in effect.parameters]
             if parameters[effect.name] != names:
@@ -101,8 +106,12 @@ class EffectList:
         return cls(setting, effects, noise)
 
 
-def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:
+def named_effects(
+    names: list[str], setting: Setting, stated: Mapping[str, Iterable[str]] = NOTHING_STATED
+) -> tuple[Effect, ...]:
     """Effects with the given names, with priors and probes for a setting.
+
+    An effect has unequal elements if `stated`, names of parameters by effect, has one that only this form has.
 
     Raises
     ------
@@ -116,5 +125,5 @@ def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:
         effect = classes[name].suited(setting)
         if effect is None:
             raise InputError(f"effect {name} cannot occur, or not be seen, in the way this sensor was touched")
-        out.append(effect)
+        out.append(effect.in_form_with(stated.get(name, ()), setting.n_elements))
     return tuple(out)

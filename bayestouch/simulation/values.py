@@ -56,6 +56,7 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
         effect = known[name].suited(setting)
         if effect is None:
             raise InputError(f"effect {name} cannot occur, or not be seen, in this design")
+        effect = effect.in_form_with((parameter for parameter, _ in given if parameter), setting.n_elements)
         out.append((effect, _values(effect, given)))
     return tuple(sorted(out, key=lambda pair: (pair[0].order, list(known).index(pair[0].name))))
 
