@@ -57,8 +57,8 @@ TOGETHER = 0.75
 TOGETHER_RANDOM = 0.6
 # Number of other effects that are tried as the first one if the best one does not lead to a model within the noise.
 OTHER_STARTS = 2
-# Number of the best candidates that are refitted with unequal elements, too.
-UNEQUAL = 3
+# Number of the best candidates that are refitted in their looser form, too.
+LOOSER = 3
 # A random function of time is not tried if less than this share of it is distinct from the model.
 VISIBLE = 0.2
 
@@ -229,7 +229,7 @@ def one_round(
         scored_gain = float("nan") if _passes(c.z, trials) else c.gain - float(np.log(c.trials))
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
-    tried = _with_unequal(_best_first(tried), fitted, before, least, possible)
+    tried = _with_looser(_best_first(tried), fitted, before, least, possible)
     real = [each for each in tried if _is_real(each, trials, least)]
     drifts = {each.effect.name: each.held_out for each in real if each.effect.random and each.held_out is not None}
     faced = place_or_time(fitted, drifts, in_place)
@@ -264,18 +264,16 @@ def _best_first(tried: list[Tried]) -> list[Tried]:
     return sorted(tried, key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
 
 
-def _with_unequal(tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float) -> list[Tried]:
-    """The candidates; the best ones with unequal elements where this is clearly better.
+def _with_looser(tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float) -> list[Tried]:
+    """The candidates; the best ones in their looser form where this is clearly better.
 
-    It is not tried where a model with equal elements leaves no relevant misfit.
+    It is not tried where the candidate leaves no relevant misfit as it is.
     """
     refitted = [each for each in tried if each.fitted is not None and not each.effect.random]
-    plain = [each for each in refitted if each.gain > least and each.share >= SHARE][:UNEQUAL]
-    if any(_is_small(each.fitted) for each in plain):
-        return tried
+    plain = [each for each in refitted if each.gain > least and each.share >= SHARE][:LOOSER]
     better: dict[str, Tried] = {}
-    for each in plain:
-        effect = each.effect.unequal(fitted.model.n_elements)
+    for each in (each for each in plain if not _is_small(each.fitted)):
+        effect = each.effect.looser(fitted.model.n_elements)
         if effect is None or each.difference is None or each.signature is None:
             continue
         start = (*each.start, *(0.0,) * (len(effect.parameters) - len(each.start)))

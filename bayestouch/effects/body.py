@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -15,13 +15,17 @@ from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
+# Least load over the reference load, and most that a power of it can be: they prevent overflow.
+LEAST, MOST = 0.01, 100.0
+
 
 @dataclass(frozen=True)
 class SoftSpot(Effect):
     """The response is larger or smaller in one region of the surface: signal (1 + share g(θ_c)), with a bell g.
 
     Bubbles, thickness and cure vary over a moulded part. The factor depends on the location of the touch, so it is the
-    same for all elements that read this touch. The gains of the elements cannot represent it.
+    same for all elements that read this touch. The gains of the elements cannot represent it. In the looser form the
+    share grows with the power `load_power` of the load: a void closes, a crack opens.
 
     Reference: Nicolson and Fearing (1995), section 3.2, on errors that depend on location, not on the element.
     """
@@ -62,10 +66,23 @@ class SoftSpot(Effect):
             )
         )
 
+    def looser(self, n_elements: int) -> Effect | None:
+        power = EffectParameter("load_power", "", "power of the load", Normal(0.0, 1.0), (0.0,))
+        return replace(self, parameters=(*self.parameters[: 3 + self.coordinates], power))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, width, tails, *centre = values
+        growth = np.ones(1)
+        if len(centre) > self.coordinates:
+            load = np.maximum(recording.load, LEAST * recording.reference_load) / recording.reference_load
+            growth = np.minimum(load ** centre.pop(), MOST)
         squares = np.sum([(p - c) ** 2 for p, c in zip(recording.place, centre, strict=True)], axis=0)
-        return np.asarray(recording.signal * (1 + share * bell(squares / width**2, tails))[:, None])
+        return np.asarray(recording.signal * (1 + share * growth * bell(squares / width**2, tails))[:, None])
+
+    @property
+    def coordinates(self) -> int:
+        """Number of coordinates of a place."""
+        return sum(each.name.startswith("centre") for each in self.parameters)
 
 
 @dataclass(frozen=True)

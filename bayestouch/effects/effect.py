@@ -214,19 +214,20 @@ class Effect:
         """All combinations of the probes of the parameters."""
         return tuple(product(*(each.probes for each in self.parameters)))
 
-    def unequal(self, n_elements: int) -> Effect | None:
-        """The effect with a parameter of its own for each element, after the others; None if it has no such form.
+    def looser(self, n_elements: int) -> Effect | None:
+        """The effect with further parameters, after the others; None if it has no such form.
 
-        At zero of these parameters, all elements have the effect in equal measure.
+        At zero of these parameters it is the effect as it is. Often they are one for each element, which then need not
+        have the effect in equal measure.
         """
         return None
 
     def in_form_with(self, names: Iterable[str], n_elements: int) -> Effect:
-        """The effect, with unequal elements if only this form has a parameter of one of the names."""
-        unequal = self.unequal(n_elements)
-        if unequal is None or not set(names) & (unequal.names - self.names):
+        """The effect, in its looser form if only this has a parameter of one of the names."""
+        looser = self.looser(n_elements)
+        if looser is None or not set(names) & (looser.names - self.names):
             return self
-        return unequal
+        return looser
 
     @property
     def names(self) -> set[str]:

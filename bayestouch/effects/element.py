@@ -55,7 +55,7 @@ class Crosstalk(Effect):
     The capacitance between leads is largest for neighbours. On a finger, each element further away adds `reach` times
     what the element before it adds; with a reach of 1 all add the same, as they do through a common return. `lean` is
     the difference between the two sides: (1 + lean) `share` comes from elements at smaller angles, (1 - lean) `share`
-    from those at larger angles. If elements are unequal, element e gets 1 + `own_e` times this.
+    from those at larger angles. In the looser form element e gets 1 + `own_e` times this.
 
     Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on capacitive coupling.
     """
@@ -79,7 +79,7 @@ class Crosstalk(Effect):
         lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
         return cls((share, reach, lean), pairs)
 
-    def unequal(self, n_elements: int) -> Effect | None:
+    def looser(self, n_elements: int) -> Effect | None:
         if len(self.parameters) == 1:
             return None
         return replace(self, parameters=(*self.parameters[:3], *own_parameters(n_elements, EXCESS, SPREAD)))
@@ -108,7 +108,7 @@ class ChannelLag(Effect):
     Channels are scanned in the order of the table; the first one follows the last one of the previous scan. All
     earlier channels together have the weight `share`. With each step back the weight is smaller by the factor `carry`:
     `carry` is 0 if each channel starts from zero, equals `share` if one capacitor settles from channel to channel, and
-    is negative if the amplifier rings. If elements are unequal, the change of element e is 1 + `own_e` times this.
+    is negative if the amplifier rings. In the looser form the change of element e is 1 + `own_e` times this.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """
@@ -126,7 +126,7 @@ class ChannelLag(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.n_elements > 2 else None
 
-    def unequal(self, n_elements: int) -> Effect | None:
+    def looser(self, n_elements: int) -> Effect | None:
         return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD)))
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
@@ -146,7 +146,7 @@ class Proximity(Effect):
     This occurs in capacitive, thermal and optical elements. `share` is the height of the bell over the peak reading.
     The height grows with a power of the load, `load_power`: with 0 it does not depend on the load, with 1 it is
     proportional to the load.
-    `tails` is the shape of the bell: the larger, the more slowly it decreases. If elements are unequal, the response of
+    `tails` is the shape of the bell: the larger, the more slowly it decreases. In the looser form the response of
     element e is 1 + `own_e` times this.
 
     Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.
@@ -173,7 +173,7 @@ class Proximity(Effect):
             )
         )
 
-    def unequal(self, n_elements: int) -> Effect | None:
+    def looser(self, n_elements: int) -> Effect | None:
         return replace(self, parameters=(*self.parameters[:4], *own_parameters(n_elements, EXCESS, SPREAD)))
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:

@@ -24,8 +24,8 @@ class GainNonlinearity(Effect):
     """The gain changes with the reading: y (1 + share |y/peak|^power).
 
     The curve is expansive for `share` > 0, compressive for `share` < 0. Power 1 is the first term of a rational curve,
-    power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well. If elements are unequal, the
-    share of element e is 1 + `own_e` times that of all.
+    power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well. In the looser form the
+    share of element e is 1 + `own_e` times this.
 
     Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions.
     """
@@ -44,7 +44,7 @@ class GainNonlinearity(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def unequal(self, n_elements: int) -> Effect | None:
+    def looser(self, n_elements: int) -> Effect | None:
         return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD)))
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
@@ -61,8 +61,8 @@ class Saturation(Effect):
 
     `level` is the limit over the peak reading: over each element's own peak for `shared` = 0 (a limit in the element),
     over the mean peak of all elements for `shared` = 1 (a limit of the amplifier). The larger `knee`, the sharper the
-    limit. If elements are unequal, the limit of element e is exp(`own_e`) times this. A curve that bends over its whole
-    range is `gain_nonlinearity`.
+    limit. In the looser form the limit of element e is exp(`own_e`) times this, and decreases by the share `fall` over
+    the recording. A curve that bends over its whole range is `gain_nonlinearity`.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on the output swing of amplifiers.
     """
@@ -79,6 +79,7 @@ class Saturation(Effect):
         EffectParameter("knee", "", "sharpness of the limit", Uniform(5.0, 40.0), (8.0, 25.0)),
         EffectParameter("shared", "", "0: of each element's own peak, 1: of the mean peak", Uniform(0, 1), (0.0, 1.0)),
     )
+    span_s: float = 0.0
 
     name: ClassVar[str] = "saturation"
     stage: ClassVar[Stage] = "readout"
@@ -87,18 +88,22 @@ class Saturation(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls()
+        return cls(span_s=setting.span_s)
 
-    def unequal(self, n_elements: int) -> Effect | None:
+    def looser(self, n_elements: int) -> Effect | None:
         own = own_parameters(n_elements, "logarithm of the relative limit", SPREAD)
-        return replace(self, parameters=(*self.parameters[:3], *own))
+        what = "share by which the limit falls over the recording"
+        fall = EffectParameter("fall", "", what, Normal(0.0, 0.3, high=0.9), (0.0,))
+        return replace(self, parameters=(*self.parameters[:3], *own, *((fall,) if self.span_s > 0 else ())))
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         level, knee, shared, *own = values
+        fall = own.pop() if len(own) > recording.signal.shape[1] else 0.0
         if np.isinf(level):
             return recording.signal
         limit = level * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
-        limit = limit * np.exp(own) if own else limit
+        if own:
+            limit = limit * np.exp(own) * (1 - fall * recording.time_s / max(self.span_s, 1e-9))[:, None]
         over = np.minimum(np.abs(recording.signal) / limit, FAR)
         return np.asarray(recording.signal / (1 + over**knee) ** (1 / knee))
 

@@ -103,7 +103,8 @@ class LoadMisalignment(Effect):
     s and c the means of sin θ and cos θ over the elements: an error that is the same everywhere is absorbed by the
     gains, so that the scale of the loads is known only as the force sensor states it. On a pad the share changes
     linearly from one side to the other, as on a tilted table, and is zero in the middle. All elements read too much or
-    too little at the same locations.
+    too little at the same locations. In the looser form on a finger there are two waves a turn beside the one, as the
+    friction of a guide makes them.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on the cross-sensitivity of force sensors.
     """
@@ -127,9 +128,17 @@ class LoadMisalignment(Effect):
         half = tuple(max(0.5 * (high - low), 1e-9) for low, high in setting.place_range)
         return cls(parameters, setting.finger, centre_of_elements(setting) if setting.finger else middle, half)
 
+    def looser(self, n_elements: int) -> Effect | None:
+        if not self.around:
+            return None
+        twice = (replace(each, name=f"{each.name}_2", probes=(0.0,), null=None) for each in self.parameters[:2])
+        return replace(self, parameters=(*self.parameters[:2], *twice))
+
     def pose(self, recording: Recording, values: Values) -> Recording:
         if self.around:
             error = once_around(recording.place[0], values, self.centre)
+            if len(values) > 2:
+                error = error + once_around(2 * recording.place[0], values[2:], (0.0, 0.0))
         else:
             scaled = zip(values, recording.place, self.centre, self.half_range, strict=False)
             error = np.sum([v * (place - middle) / half for v, place, middle, half in scaled], axis=0)

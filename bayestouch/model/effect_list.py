@@ -111,7 +111,7 @@ def named_effects(
 ) -> tuple[Effect, ...]:
     """Effects with the given names, with priors and probes for a setting.
 
-    An effect has unequal elements if `stated`, names of parameters by effect, has one that only this form has.
+    An effect is in its looser form if `stated`, names of parameters by effect, has one that only this form has.
 
     Raises
     ------
