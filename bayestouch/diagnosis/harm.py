@@ -16,9 +16,6 @@ from bayestouch.model.touch_errors import TouchReading
 
 # A quantity is read worse if its mean squared error is larger by more than so many standard errors.
 STANDARD_ERRORS = 2.0
-# Effects that move references are believed if they leave less than this share of the misfit. A cause that is not in the
-# catalogue can make a similar effect appear to explain half of it.
-MOST_LEFT = 0.25
 #: Key of the log predictive density of the readings of held-out touches.
 DENSITY = "log_density"
 
@@ -81,7 +78,7 @@ def references_believed(rounds: tuple[SearchRound, ...], remaining: Remaining, n
     """
     found = set(names)
     clear = all(not each.added.indistinguishable for each in rounds if each.added and each.added.effect.name in found)
-    return clear and remaining.fraction < MOST_LEFT and not remaining.after.there
+    return clear and not remaining.after.there
 
 
 def moving_effects(model: EvaluatedModel) -> tuple[str, ...]:

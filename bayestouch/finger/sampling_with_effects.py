@@ -40,6 +40,9 @@ NEAR = 6.0
 LOST = 100.0
 # Least precision of the prior of a coordinate along a ridge.
 LEAST = 1e-3
+# With more values no bend is looked for: the number of its terms grows with their square, and with 25 values it takes
+# 20 s and saves no step of the chains.
+MOST_BENT = 10
 # No coordinate is farther from the mode than by so many standard deviations of its prior.
 FAR_BY_PRIOR = 6.0
 # On a ridge the normal approximation in the new coordinates is worse.
@@ -166,7 +169,8 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     plain, ridges = _Start(vector, linear, prior.spread[:n]), _ridges(fitted, posterior, vector, covariance)
     along = _Start.along(ridges, fitted, posterior, vector) if ridges.each else plain
     along = along.with_bounds_reached(ridges, (low, high))
-    bend = _bend(fitted, posterior, along, ridges, (low, high)) if at.n_values else None
+    bent = 0 < at.n_values <= MOST_BENT
+    bend = _bend(fitted, posterior, along, ridges, (low, high)) if bent else None
     fit = EffectFit(posterior, vector, covariance, shape, along.map(made, ridges=ridges, bend=bend))
 
     def simpler() -> Iterator[PosteriorMap]:

@@ -127,10 +127,10 @@ def test_the_first_model_that_is_not_worse_is_returned() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rivals", "left", "believed"), [((), 0.1, True), ((), 0.4, False), (("crosstalk",), 0.1, False)]
+    ("rivals", "left", "believed"), [((), False, True), ((), True, False), (("crosstalk",), False, False)]
 )
 def test_references_are_believed_to_be_off_where_nothing_else_explains_it(
-    rivals: tuple[str, ...], left: float, believed: bool
+    rivals: tuple[str, ...], left: bool, believed: bool
 ) -> None:
     effect = SimpleNamespace(name="prober_eccentricity")
     rounds: Any = (
@@ -138,7 +138,7 @@ def test_references_are_believed_to_be_off_where_nothing_else_explains_it(
         SimpleNamespace(added=SimpleNamespace(effect=effect, indistinguishable=rivals)),
         SimpleNamespace(added=None),
     )
-    remaining: Any = SimpleNamespace(fraction=left)
+    remaining: Any = SimpleNamespace(after=SimpleNamespace(there=left))
     assert references_believed(rounds, remaining, ("prober_eccentricity",)) == believed
 
 
