@@ -319,7 +319,7 @@ def simulated() -> list[str]:
 
 
 def _prior(prior: Any) -> str:
-    low, middle, high = (float(v) for v in prior.quantile(np.array([0.05, 0.5, 0.95])))
+    low, middle, high = (round(float(v), 12) for v in prior.quantile(np.array([0.05, 0.5, 0.95])))
     return f"{type(prior).__name__}: {middle:.3g}, 90 % within {low:.3g} to {high:.3g}"
 
 

@@ -75,7 +75,9 @@ class Crosstalk(Effect):
         share = EffectParameter("share", "", "share of each neighbour's signal", Normal(0.0, 0.1), (0.001,), 0.0)
         if not setting.finger:
             return cls((share,), pairs)
-        reach = EffectParameter("reach", "", "share of an element over that of the nearer one", Uniform(0, 1), (0.1, 0.9))
+        reach = EffectParameter(
+            "reach", "", "share of an element over that of the nearer one", Uniform(0, 1), (0.1, 0.9)
+        )
         lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
         return cls((share, reach, lean), pairs)
 

@@ -25,8 +25,8 @@ class LinearChain:
 
     Attributes
     ----------
-    residuals : Residuals
-        Residuals of the mean readings, for the noise.
+    residuals : Residuals or None
+        Residuals of the mean readings, for the noise, if they were asked for.
     precision, gradient : (m, n, n), (m, n) arrays
         Contributions of the readings of each element.
     constant : (n, n) array or None
@@ -35,7 +35,7 @@ class LinearChain:
         Gradient of the log prior.
     """
 
-    residuals: Residuals
+    residuals: Residuals | None
     precision: FloatArray
     gradient: FloatArray
     constant: FloatArray | None
@@ -70,8 +70,13 @@ class LinearChain:
         return replace(self, precision=kept * self.precision, constant=constant)
 
 
-def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> LinearChain:
-    """Linearise the chain about a vector (d,), whitened by the noise at this vector."""
+def linearised_chain(
+    fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, *, with_residuals: bool = False
+) -> LinearChain:
+    """Linearise the chain about a vector (d,), whitened by the noise at this vector.
+
+    With many functions the residuals take most of the time, because each needs its degrees of freedom.
+    """
     model, known, at = posterior.model, posterior.known, posterior.layout
     n, m = at.n_chain, at.n_elements
     chain = vector[:n]
@@ -91,8 +96,9 @@ def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatAr
     if fitted.linear.functions is not None:
         raw = fitted.linear.functions.raw
         functions = Functions.of(raw, WhiteColumns.of(raw, root))
-        half = np.linalg.solve(functions.root, functions.white.dense().T)
-        spent = degrees_spent(np.asarray(half, dtype=np.float64).reshape(-1, *left.shape), root, own)
+        if with_residuals:
+            half = solve_triangular(functions.root, functions.white.dense().T, lower=True, check_finite=False)
+            spent = degrees_spent(np.asarray(half, dtype=np.float64).reshape(-1, *left.shape), root, own)
         weights = functions.weights(row.reshape(-1, 1))[:, 0]
         left = left - np.tensordot(weights, raw, axes=1)
         row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
@@ -115,6 +121,9 @@ def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatAr
         off = np.nan_to_num((observed.deviation - predicted.samples) / sd)
         precision = precision + np.einsum("inm,jnm->mij", within, within, optimize=True)
         gradient = gradient + np.einsum("inm,nm->mi", within, off)
+    pull = (posterior.prior.mean[:n] - chain) / posterior.prior.spread[:n] ** 2
+    if not with_residuals:
+        return LinearChain(None, precision, gradient, constant, pull)
     hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
     total = hessian if constant is None else hessian + constant
     # Not by the inverse, whose rounding can exceed its least eigenvalue: units of coordinates may be very different.
@@ -125,7 +134,6 @@ def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatAr
     share = np.sqrt(own / (own + more + shared**2))
     there = ~known.missing
     residuals = Residuals(np.where(there, left * share, 0.0), np.where(there, by_load, 0.0), spent)
-    pull = (posterior.prior.mean[:n] - chain) / posterior.prior.spread[:n] ** 2
     return LinearChain(residuals, precision, gradient, constant, pull)
 
 

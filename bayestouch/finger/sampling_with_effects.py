@@ -147,8 +147,9 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         at_ends = leaving_bounds(vector[:n], low[:n] + 2 * margin, high[:n] - 2 * margin)
         step, _ = step_within(hessian, linear.pull, at_ends)
         vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
-        linear = linearised_chain(fitted, posterior, vector)
-        shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, linear.residuals)
+        residuals = linearised_chain(fitted, posterior, vector, with_residuals=True).residuals
+        assert residuals is not None
+        shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, residuals)
         shape.mean[at.further.start - n :] = further
         vector[n:] = shape.mean
     assert shape is not None

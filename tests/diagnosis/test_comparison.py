@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayestouch.diagnosis import comparison, place_or_time
-from bayestouch.diagnosis.comparison import folds, gained, paired, refit, tried_noise
+from bayestouch.diagnosis.comparison import folds, gained, is_clear, paired, refit, tried_noise
 from bayestouch.model import joining
 
 
@@ -39,6 +39,24 @@ def test_sums_over_touches() -> None:
     assert total == 9.0 and error == pytest.approx(np.sqrt(21))
     assert paired(np.array([4.0]))[0] == 4.0 and np.isnan(paired(np.array([4.0]))[1])
     assert paired(np.array([4.0, 4.0])) == (8.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("touches", "clear"),
+    [
+        # k touches of 100 gain g: the sum is k g, its variance k g² 100/99 (1 - k/100).
+        ({50.0: 4}, False),  # 2.0 standard errors
+        ({50.0: 9}, True),  # 3.1
+        ({500.0: 5, 10.0: 15}, True),  # 2.5 of all, 5.0 if no touch counts more than 10
+        ({500.0: 5}, False),  # too few, whatever they gain
+        ({500.0: 5, -10.0: 15}, False),
+        ({-50.0: 20}, False),
+        ({0.0: 1}, False),
+    ],
+)
+def test_a_clear_gain_is_not_that_of_a_few_touches(touches: dict[float, int], clear: bool) -> None:
+    gains = np.concatenate([np.full(count, gain) for gain, count in touches.items()])
+    assert is_clear(np.append(gains, np.zeros(100 - len(gains)))) == clear
 
 
 def test_densities_each_way(monkeypatch: pytest.MonkeyPatch) -> None:

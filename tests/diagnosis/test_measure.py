@@ -18,7 +18,7 @@ from bayestouch.model.base import PossibleTouches
 def tried(name: str, *, gain: float = 5.0, se: float = 3.0, share: float = 0.5, effect: Any = None, **more: Any) -> Any:
     values = {"fitted": SimpleNamespace(), "noise": None, "indistinguishable": (), **more}
     return SimpleNamespace(
-        effect=effect or SimpleNamespace(name=name, random=False), gain=gain, gain_se=se, share=share, **values
+        effect=effect or SimpleNamespace(name=name, random=False), gain=gain, clear=gain > 3 * se, share=share, **values
     )
 
 

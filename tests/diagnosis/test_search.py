@@ -20,7 +20,7 @@ DRIFT = BaselineDrift(())
 
 
 def effect(name: str) -> Any:
-    return SimpleNamespace(name=name, parameters=(), needs_samples=False, random=False)
+    return SimpleNamespace(name=name, parameters=(), needs_samples=False, random=False, looser=lambda m: None)
 
 
 def tried(name: str = "one", **changes: Any) -> Tried:
@@ -41,6 +41,7 @@ def test_settings() -> None:
     assert (search.CHANCE, search.ERRORS, search.MATERIAL, search.SHARE) == (0.01, 3.0, 0.1, 0.3)
     assert (search.TOGETHER, search.TOGETHER_RANDOM, choice.INDISTINGUISHABLE, choice.NEARLY) == (0.75, 0.6, 2.0, 0.9)
     assert (search.LEADING, search.MOST_EFFECTS, search.OTHER_STARTS, search.VISIBLE) == (5, 4, 2, 0.2)
+    assert (search.LOOSER, comparison.MOST_OF_A_TOUCH) == (3, 10.0)
 
 
 @pytest.mark.parametrize(
@@ -231,9 +232,13 @@ def test_names_of_what_cannot_be_told_apart() -> None:
 
 def priced(name: str, cost: float, count: int = 1, **changes: Any) -> Tried:
     fitted = SimpleNamespace(
-        linear=SimpleNamespace(cost=lambda: cost), model=SimpleNamespace(known=SimpleNamespace(n_touches=100))
+        linear=SimpleNamespace(cost=lambda: cost),
+        model=SimpleNamespace(known=SimpleNamespace(n_touches=100)),
+        excess=10.0,
+        n_readings=1000,
     )
-    kind = SimpleNamespace(name=name, parameters=(None,) * count, needs_samples=False, random=False)
+    kind = effect(name)
+    kind.parameters = (None,) * count
     shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
     return tried(**{"effect": kind, "fitted": fitted, "difference": shape * changes.pop("sign", 1.0), **changes})
 
@@ -370,7 +375,8 @@ def scored_round(
 ) -> tuple[SearchRound, dict[str, Any]]:
     """One round with these scores, and what each name becomes when it is refitted; 1000 readings, excess 40."""
     said: dict[str, Any] = {"progress": []}
-    fitted = SimpleNamespace(names=("hum",), n_readings=1000, excess=40.0, linear=None)
+    model = SimpleNamespace(n_elements=8)
+    fitted = SimpleNamespace(names=("hum",), n_readings=1000, excess=40.0, linear=None, model=model)
 
     def refit(fitted: Any, leading: Any, before: Any, errors: float, least: float, scheduler: Any, done: Any) -> Any:
         said.update(leading=[each.effect.name for each in leading], before=before, errors=errors, least=least)
@@ -421,7 +427,7 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     """The five best are refitted; fits are kept of the best, of what is like it and of what is near."""
     names = ["a", "b", "c", "d", "e", "f"]
     shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
-    unsure = {"gain": 25.0, "gain_se": 10.0, "of_means": 60.0}
+    unsure = {"gain": 25.0, "clear": False, "of_means": 60.0}
     refitted = {
         "a": priced("a", 9.0, gain=90.0, of_means=80.0),
         "b": priced("b", 5.0, gain=80.0, of_means=70.0, difference=shape * -1),
@@ -443,6 +449,51 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [each.fitted is not None for each in found.tried] == [True, True, False, False, True, False]
     assert [each.effect.name for each in found.real] == ["a", "b", "d"]
     np.testing.assert_allclose([each.share for each in found.tried[:4]], [80 / 93, 70 / 93, 60 / 93, 5 / 93])
+
+
+def test_drifts_do_not_take_the_place_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Five others are refitted, and the drifts that are better than the last of them."""
+    scored = [candidate(name) for name in "abcdefg"]
+    for each in (scored[0], scored[2], scored[6]):
+        each.effect.random = True
+    _, said = scored_round(monkeypatch, scored, {}, [])
+    assert said["leading"] == list("abcdefg")
+    scored.append(candidate("h"))
+    _, said = scored_round(monkeypatch, scored, {}, [])
+    assert said["leading"] == list("abcdefgh")
+    _, said = scored_round(monkeypatch, [*scored, candidate("i")], {}, [])
+    assert said["leading"] == list("abcdefgh")
+
+
+@pytest.mark.parametrize(("better", "taken"), [(1.0, True), (0.0, False)])
+def test_the_looser_form_is_taken_where_it_is_clearly_better(
+    monkeypatch: pytest.MonkeyPatch, better: float, taken: bool
+) -> None:
+    """Only candidates that leave a misfit are tried, from the values of the plain form and zeros."""
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
+    refitted = {name: priced(name, 9.0, gain=90.0, of_means=30.0, start=(7.0,)) for name in ("a", "b", "small")}
+    # Relevant is more than a tenth of a half of the 1000 readings.
+    refitted["a"].fitted.excess, refitted["small"].fitted.excess = 50.0, 49.9
+    refitted["little"] = priced("little", 9.0, gain=4.9, of_means=30.0)
+    refitted["little"].fitted.excess = 50.0
+    names: list[str] = []
+    looser = effect("a")
+    looser.parameters = (None,) * 3
+    for name in ("a", "small", "little"):
+        refitted[name].effect.looser = lambda m: looser if m == 8 else None
+
+    def refit(fitted: Any, candidate: Any, before: Any, errors: float, least: float) -> Any:
+        names.append(candidate.effect.name)
+        assert candidate.start == (7.0, 0.0, 0.0) and errors == 3.0
+        return priced("a", 2.0, gain=95.0, of_means=38.0, difference=shape + better + shape * 0.1)
+
+    monkeypatch.setattr(search, "refit", refit)
+    for each in refitted.values():
+        object.__setattr__(each, "signature", "shape")
+    found, _ = scored_round(monkeypatch, [candidate(name) for name in refitted], refitted, [])
+    assert names == ["a"]
+    first = next(each for each in found.tried if each.effect.name == "a")
+    assert (first.gain, first.share) == ((95.0, 38 / 40) if taken else (90.0, 30 / 40))
 
 
 def test_a_round_that_adds_an_effect_of_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from independent.catalogue_forms import surface_profile
 from independent.finger import REFERENCE_LOAD, Finger, Press
 
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
 from bayestouch.effects import effect_classes
 from bayestouch.effects.listing import FINGER
@@ -103,3 +104,58 @@ def test_finite_strain_adds_its_share_of_the_table(share: float) -> None:
     scale = peak(EDGES) * TIPS.load[:, None] / REFERENCE_LOAD
     np.testing.assert_allclose(added / scale, wanted / scale, atol=1e-3 * abs(share))
     assert np.abs(wanted / scale).max() > 20 * 1e-3 * abs(share)
+
+
+def test_a_void_that_closes_under_load() -> None:
+    """The share goes with a power of the load over the reference load, and not beyond a hundred times."""
+    plain = effect_classes()["soft_spot"].suited(FINGER)
+    assert plain is not None
+    looser = plain.looser(M)
+    assert looser is not None and [each.name for each in looser.parameters] == [
+        *(each.name for each in plain.parameters),
+        "load_power",
+    ]
+    load = np.array([50.0, 100.0, 200.0, 0.0])
+    one = Recording(
+        indenter_radius_mm=np.zeros(4),
+        place=(np.array([0.0, 3.0, 6.0, 6.0]),),
+        load=load,
+        time_s=np.zeros(4),
+        held_s=np.zeros(4),
+        element_place=(BUILT.angle,),
+        peak=np.ones(M),
+        reference_load=100.0,
+        signal=np.ones((4, M)),
+    )
+    values = (0.3, 6.0, 0.0, 0.0)
+    found = looser.signal(one, (*values, -2.0))[:, 0]
+    bell = 0.5 ** (np.array([0.0, 0.5, 1.0, 1.0]) ** 2)
+    np.testing.assert_allclose(found, 1 + 0.3 * np.array([4.0, 1.0, 0.25, 100.0]) * bell)
+    np.testing.assert_array_equal(looser.signal(one, (*values, 0.0)), plain.signal(one, values))
+
+
+def test_a_guide_with_friction_errs_with_two_waves_a_turn() -> None:
+    """P = reading/(1 + a (sin θ - s) + b (cos θ - c) + a2 sin 2θ + b2 cos 2θ)."""
+    plain = effect_classes()["load_misalignment"].suited(FINGER)
+    assert plain is not None
+    looser = plain.looser(M)
+    assert looser is not None
+    names = [each.name for each in looser.parameters]
+    assert names == ["sine", "cosine", "sine_2", "cosine_2"]
+    turn, load = np.radians([-40.0, 0.0, 25.0]), np.array([100.0, 150.0, 200.0])
+    one = Recording(
+        indenter_radius_mm=np.zeros(3),
+        place=(np.degrees(turn),),
+        load=load,
+        time_s=np.zeros(3),
+        held_s=np.zeros(3),
+        element_place=(BUILT.angle,),
+        peak=np.ones(M),
+        reference_load=100.0,
+        signal=np.ones((3, M)),
+    )
+    elements = np.radians(FINGER.element_place[0])
+    error = 0.1 * (np.sin(turn) - np.sin(elements).mean()) - 0.05 * (np.cos(turn) - np.cos(elements).mean())
+    np.testing.assert_allclose(looser.pose(one, (0.1, -0.05, 0.0, 0.0)).load, load / (1 + error))
+    error += 0.02 * np.sin(2 * turn) + 0.03 * np.cos(2 * turn)
+    np.testing.assert_allclose(looser.pose(one, (0.1, -0.05, 0.02, 0.03)).load, load / (1 + error))

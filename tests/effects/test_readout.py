@@ -43,3 +43,23 @@ def test_signal_of_one_element_does_not_reach_the_others(effect: Effect, values:
     assert first[0] == second[0] != 2.0
     assert first[1] != second[1]
     assert not effect.mixes
+
+
+def test_limits_that_are_unequal_and_fall() -> None:
+    """A sharp limit: the smaller of the reading and of 0.5 peak e^own (1 - fall t/T), here at t = 10 s of 40 s."""
+    looser = Saturation(span_s=40.0).looser(2)
+    assert looser is not None and [each.name for each in looser.parameters[3:]] == ["own_01", "own_02", "fall"]
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.5, 400.0, 0.0, np.log(0.8), np.log(2.0), 0.4))[0]
+    np.testing.assert_allclose(found, [0.5 * 3.0 * 0.8 * 0.9, 3.0], rtol=1e-3)
+    # Without times nothing can fall.
+    timeless = Saturation().looser(2)
+    assert timeless is not None and [each.name for each in timeless.parameters[3:]] == ["own_01", "own_02"]
+    found = timeless.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.5, 400.0, 0.0, np.log(0.8), 0.0))[0]
+    np.testing.assert_allclose(found, [0.5 * 3.0 * 0.8, 0.5 * 4.0], rtol=1e-3)
+
+
+def test_gains_that_bend_unequally() -> None:
+    looser = GainNonlinearity().looser(2)
+    assert looser is not None
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0))[0]
+    np.testing.assert_allclose(found, [2.0 * (1 + 0.2 * 1.5 * (2 / 3) ** 2), 3.0])

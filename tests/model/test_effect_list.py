@@ -9,7 +9,7 @@ import pytest
 from bayestouch.effects import effect_classes
 from bayestouch.effects.listing import FINGER, typical
 from bayestouch.errors import InputError
-from bayestouch.model.effect_list import EffectList
+from bayestouch.model.effect_list import EffectList, named_effects
 from bayestouch.model.noise import AddedNoise
 
 
@@ -30,6 +30,17 @@ def test_effects_with_other_parameters_are_refused() -> None:
     content["parameters"]["memory"] = ["share", "time"]
     with pytest.raises(InputError, match="effect memory has the parameters share, time, breadth here and had"):
         EffectList.from_text(json.dumps(content))
+
+
+def test_the_looser_form_is_read_again() -> None:
+    looser = typical(effect_classes()["channel_lag"]).looser(FINGER.n_elements)  # type: ignore[union-attr]
+    assert looser is not None
+    before = EffectList(FINGER, (looser,), AddedNoise())
+    (after,) = EffectList.from_text(before.to_text()).effects
+    assert after == looser
+    # One parameter of this form is enough to state it.
+    assert named_effects(["channel_lag"], FINGER, {"channel_lag": ["share", "own_03"]}) == (looser,)
+    assert named_effects(["channel_lag"], FINGER, {"channel_lag": ["share"]}) != (looser,)
 
 
 NO_NUMBER = listed("memory").to_text().replace('"common": 0.1', '"common": "much"')
