@@ -16,8 +16,8 @@ from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
-# Parameter of an element whose share differs from that of all, and the standard deviation of its prior: parts made by
-# hand differ by about a half.
+# Parameter of an element whose share differs from that of all, and the standard deviation of its prior: shares of parts
+# that are not made by a machine differ by about a half.
 EXCESS, SPREAD = "relative excess of the share", 0.5
 
 
