@@ -38,6 +38,7 @@ How results are counted, written down before any run:
     python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
         --study first   the first study in place of the second
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
+        --again         the fingers of 8 elements of a study that was run, with the code of today: for development
         --cases N       ends after N new cases
         --tables        runs nothing: prints the tables
         --docs          runs nothing: writes the tables of the page of the study in docs
@@ -279,6 +280,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("-o", "--output", type=Path, help="folder of the results (default: the name of the page)")
     parser.add_argument("--study", choices=BLIND_STUDIES, default="second")
     parser.add_argument("--development", action="store_true", help="a handful of today's forms, with other seeds")
+    parser.add_argument("--again", action="store_true", help="cases that were run, for development")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--cases", type=int, metavar="N", help="end after N new cases")
     parser.add_argument("--tables", action="store_true", help="run nothing: print the tables")
@@ -290,12 +292,13 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
         results = kept(folder)
         if not (given.tables or given.docs):
             require_own_package()
-            commit = "development" if given.development else frozen_commit(study.tag)
+            commit = "development" if given.development or given.again else frozen_commit(study.tag)
             if results and (version_of(results[0]), results[0]["commit"]) != (code_version(), commit):
                 raise FrozenError(f"{folder} holds results of {version_of(results[0])}; the study is run once")
             print(f"code version {code_version()}, commit {commit}")
             done = {each["key"] for each in results}
-            left = [each for each in (trial_cases() if given.development else cases(study)) if each.key not in done]
+            planned = trial_cases() if given.development else cases(study)
+            left = [each for each in planned if each.key not in done and not (given.again and each.design != "small")]
             left = left[: given.cases]
             with appending(folder / "results.jsonl") as append:
                 for _, record in tqdm(finished(run, commit, left, processes=given.processes), total=len(left)):
