@@ -15,8 +15,8 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 # Largest reading over the peak (or over the limit of a saturation): it prevents overflow.
 FAR = 5.0
-# Largest power of a gain curve; higher powers overflow.
-STEEP = 50.0
+# Largest power of a gain curve; higher powers overflow. Least reading over the peak of which powers are taken.
+STEEP, LEAST = 50.0, 1e-3
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,8 @@ class GainNonlinearity(Effect):
 
     The curve is expansive for `share` > 0, compressive for `share` < 0. Power 1 is the first term of a rational curve,
     power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well. In the looser form the
-    share of element e is 1 + `own_e` times this.
+    share of element e is 1 + `own_e` times this, and `second` is the share of half the power: with both the curve may
+    have an inflection.
 
     Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions.
     """
@@ -45,13 +46,17 @@ class GainNonlinearity(Effect):
         return cls()
 
     def looser(self, n_elements: int) -> Effect | None:
-        return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD)))
+        what = "change of gain at the peak with half the power"
+        second = EffectParameter("second", "", what, Normal(0.0, 0.3), (0.0,))
+        return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD), second))
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, power, *own = values
+        share, power, *more = values
+        *own, second = more or (0.0,)
         # A step of a fit may lead to extreme values of the signal and the power.
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
-        change = share * of_elements(own) * size ** min(power, STEEP)
+        power = min(power, STEEP)
+        change = share * of_elements(own) * size**power + (second * size ** (0.5 * power) if second else 0.0)
         return np.asarray(recording.signal * np.maximum(1 + change, 0.05))
 
 
@@ -112,7 +117,8 @@ class Saturation(Effect):
 class Creep(Effect):
     """Readings change while the touch is held: y (1 + share (1 - exp(-t/time))).
 
-    Rubber creeps under a constant load; adhesives and charge amplifiers also do. `share` is the change for t → ∞.
+    Rubber creeps under a constant load; adhesives and charge amplifiers also do. `share` is the change for t → ∞. In
+    the looser form that of element e is 1 + `own_e` times this, and grows with the power `strain_power` of the reading.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, the standard linear solid.
     """
@@ -137,10 +143,13 @@ class Creep(Effect):
             )
         )
 
+    def looser(self, n_elements: int) -> Effect | None:
+        return replace(self, parameters=(*self.parameters[:2], *_of_strain(n_elements)))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, time = values
-        gained = -np.expm1(-recording.held_s / time)
-        return np.asarray(recording.signal * (1 + share * gained)[:, None])
+        share, time, *looser = values
+        gained = (share * -np.expm1(-recording.held_s / time))[:, None]
+        return np.asarray(recording.signal * (1 + gained * _growth(recording.signal, recording.peak, looser)))
 
 
 #: Gauss-Hermite nodes of a standard normal variable, and weights; exact for polynomials up to the fifth degree.
@@ -154,7 +163,8 @@ class Memory(Effect):
 
     `share` is the part that remains after the median pause between touches; it decays further with time. Rubber has
     more than one relaxation time: the logarithms of the times are normal with median `time` and sd `breadth`
-    (three exponentials, by Gauss-Hermite quadrature).
+    (three exponentials, by Gauss-Hermite quadrature). In the looser form the share of element e is 1 + `own_e` times
+    this, and grows with the power `strain_power` of the earlier reading.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra).
     """
@@ -183,13 +193,34 @@ class Memory(Effect):
             pause,
         )
 
+    def looser(self, n_elements: int) -> Effect | None:
+        return replace(self, parameters=(*self.parameters[:3], *_of_strain(n_elements)))
+
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, time, breadth = values
-        if recording.history is None:
+        share, time, breadth, *looser = values
+        history = recording.history
+        if history is None:
             return recording.signal
+        if looser:
+            history = replace(history, readings=history.readings * _growth(history.readings, recording.peak, looser))
         times = time * np.exp(breadth * SPECTRUM_NODES)
-        left = recording.history.leftover(recording.time_s - recording.held_s, times)
+        left = history.leftover(recording.time_s - recording.held_s, times)
         # If the relaxation time is far below the pause, nothing remains, whatever the share.
         after_pause = max(float(SPECTRUM_WEIGHTS @ np.exp(-self.pause_s / times)), 1e-22)
         fade = SPECTRUM_WEIGHTS[:, None] * np.exp(-recording.held_s / times[:, None])
         return np.asarray(recording.signal + share / after_pause * np.einsum("fn,fnm->nm", fade, left))
+
+
+def _of_strain(n_elements: int) -> tuple[EffectParameter, ...]:
+    """Parameters of a share of each element's own that depends on the strain."""
+    power = EffectParameter("strain_power", "", "power of the reading", Normal(0.0, 1.0, -0.9), (0.0,))
+    return (*own_parameters(n_elements, EXCESS, SPREAD), power)
+
+
+def _growth(readings: FloatArray, peak: FloatArray, looser: list[float]) -> FloatArray:
+    """Factor of the share, (n, m) or (1,), for readings (n, m) and the values of `_of_strain`, if there are any."""
+    if not looser:
+        return np.ones(1)
+    *own, power = looser
+    size = np.clip(np.abs(readings) / peak, LEAST, FAR)
+    return np.asarray(of_elements(own) * size ** min(power, STEEP))

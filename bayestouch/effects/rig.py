@@ -38,11 +38,16 @@ class ProberEccentricity(Effect):
     degree is on a finger is known only as the data set states it. The fitted angles of the elements absorb the angle
     error at each element; only its change near an element can be observed.
 
+    In the looser form the error also depends on the tip. A tip of radius r_c that descends beside the centre touches at
+    r_b/(r_b + r_c) times the angle of an edge, and a flat touches where it is commanded to. `edge`, `edge_sine` and
+    `edge_cosine` are such errors of an edge: the same everywhere, and with a period of one turn.
+
     Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
     """
 
     parameters: tuple[EffectParameter, ...]
     centre: tuple[float, float]
+    outer_mm: float = 0.0
 
     name: ClassVar[str] = "prober_eccentricity"
     stage: ClassVar[Stage] = "rig"
@@ -59,10 +64,24 @@ class ProberEccentricity(Effect):
             )
             for name, what in (("sine", "sin"), ("cosine", "cos"))
         )
-        return cls(parameters, centre_of_elements(setting))
+        return cls(parameters, centre_of_elements(setting), setting.radii_mm[1])
+
+    def looser(self, n_elements: int) -> Effect | None:
+        if not self.outer_mm > 0:
+            return None
+        plain = self.parameters[:2]
+        of_edge = tuple(
+            replace(plain[0], name=name, description=f"angle error of an edge{what}")
+            for name, what in (("edge", ""), ("edge_sine", " per sin θ"), ("edge_cosine", " per cos θ"))
+        )
+        return replace(self, parameters=(*plain, *of_edge))
 
     def pose(self, recording: Recording, values: Values) -> Recording:
-        error = once_around(recording.place[0], values, self.centre)
+        error = once_around(recording.place[0], values[:2], self.centre)
+        if len(values) > 2:
+            # of tips whose radius is not known: as of a flat
+            beside = np.nan_to_num(self.outer_mm / (self.outer_mm + recording.indenter_radius_mm))
+            error = error + beside * (values[2] + once_around(recording.place[0], values[3:], (0.0, 0.0)))
         return replace(recording, place=(recording.place[0] + error, *recording.place[1:]))
 
 
@@ -131,7 +150,7 @@ class LoadMisalignment(Effect):
     def looser(self, n_elements: int) -> Effect | None:
         if not self.around:
             return None
-        twice = (replace(each, name=f"{each.name}_2", probes=(0.0,), null=None) for each in self.parameters[:2])
+        twice = (replace(each, name=f"{each.name}_2") for each in self.parameters[:2])
         return replace(self, parameters=(*self.parameters[:2], *twice))
 
     def pose(self, recording: Recording, values: Values) -> Recording:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
 from itertools import product
 
@@ -62,6 +62,17 @@ def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidat
 
 @singledispatch
 def _scored(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate | None:
+    """Best signature of an effect, in its looser form where that has further amplitudes and they gain more."""
+    plain = _of_form(effect, fitted, scorer)
+    looser = effect.looser(fitted.model.n_elements)
+    if looser is None or len(looser.amplitudes) == len(effect.amplitudes):
+        return plain
+    other = _of_form(looser, fitted, scorer)
+    best = plain if plain.gain >= other.gain else other
+    return replace(best, trials=plain.trials + other.trials)
+
+
+def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
     """Best signature of an effect: the difference between the predictions at a probe and at null amplitude."""
     model = fitted.model.with_effects((*fitted.model.effects, effect))
     best: tuple[float, Values, Score, FloatArray] | None = None

@@ -134,6 +134,39 @@ def test_a_void_that_closes_under_load() -> None:
     np.testing.assert_array_equal(looser.signal(one, (*values, 0.0)), plain.signal(one, values))
 
 
+def test_a_tip_that_descends_beside_the_centre() -> None:
+    """Circles that touch: a tip of radius r_c at a distance d from the axis, at asin(d/(r_b + r_c)); a flat nowhere."""
+    plain = effect_classes()["prober_eccentricity"].suited(FINGER)
+    assert plain is not None
+    looser = plain.looser(M)
+    assert looser is not None
+    assert [each.name for each in looser.parameters] == ["sine", "cosine", "edge", "edge_sine", "edge_cosine"]
+    outer, turn = FINGER.radii_mm[1], np.radians([-40.0, 0.0, 25.0, 25.0])
+    tip = np.array([0.0, 6.0, 6.0, np.inf])
+    one = Recording(
+        indenter_radius_mm=tip,
+        place=(np.degrees(turn),),
+        load=np.ones(4),
+        time_s=np.zeros(4),
+        held_s=np.zeros(4),
+        element_place=(BUILT.angle,),
+        peak=np.ones(M),
+        reference_load=1.0,
+        signal=np.ones((4, M)),
+    )
+    # Degree per radian: small, so that an arc is its sine.
+    beside, around = 0.02, 0.01
+    distance = outer * np.radians(beside + around * np.sin(turn))
+    expected = np.where(np.isinf(tip), 0.0, np.degrees(np.arcsin(distance / (outer + np.where(tip < 99, tip, 0.0)))))
+    found = looser.pose(one, (0.0, 0.0, beside, around, 0.0)).place[0] - one.place[0]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    same = plain.pose(one, (0.3, -0.2)).place[0]
+    np.testing.assert_array_equal(looser.pose(one, (0.3, -0.2, 0.0, 0.0, 0.0)).place[0], same)
+    # A finger whose radius is not known has no such form.
+    unknown = effect_classes()["prober_eccentricity"].suited(replace(FINGER, radii_mm=(0.0, 0.0)))
+    assert unknown is not None and unknown.looser(M) is None
+
+
 def test_a_guide_with_friction_errs_with_two_waves_a_turn() -> None:
     """P = reading/(1 + a (sin θ - s) + b (cos θ - c) + a2 sin 2θ + b2 cos 2θ)."""
     plain = effect_classes()["load_misalignment"].suited(FINGER)

@@ -99,7 +99,7 @@ def test_channels_that_settle_unequally() -> None:
     np.testing.assert_allclose(looser.signal(one, (0.2, 0.3, *own)), signal + (1 + own) * plain)
 
 
-@pytest.mark.parametrize("name", ["crosstalk", "channel_lag", "proximity", "gain_nonlinearity", "saturation"])
+@pytest.mark.parametrize("name", ["crosstalk", "channel_lag", "proximity", "gain_nonlinearity", "saturation", "creep"])
 def test_elements_are_equal_at_zero(name: str) -> None:
     """The looser form with zeros is the plain one."""
     effect = effect_classes()[name].suited(FINGER)

@@ -7,6 +7,7 @@ import pytest
 
 from bayestouch.chain.recording import History, Recording
 from bayestouch.effects.effect import Effect
+from bayestouch.effects.listing import FINGER
 from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
 
 
@@ -61,5 +62,28 @@ def test_limits_that_are_unequal_and_fall() -> None:
 def test_gains_that_bend_unequally() -> None:
     looser = GainNonlinearity().looser(2)
     assert looser is not None
-    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0))[0]
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0, 0.0))[0]
     np.testing.assert_allclose(found, [2.0 * (1 + 0.2 * 1.5 * (2 / 3) ** 2), 3.0])
+    # With half the power the curve has an inflection.
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0, -0.1))[0]
+    np.testing.assert_allclose(found, [2.0 * (1 + 0.3 * (2 / 3) ** 2 - 0.1 * 2 / 3), 3.0 * (1 - 0.1 * 3 / 4)])
+
+
+def test_creep_and_memory_that_grow_with_the_strain() -> None:
+    """By the power 1 of the reading over the peak, which is 2/3 and 3/4, and by each element's own share."""
+    own, power = np.array([0.5, -0.5]), 1.0
+    creep = Creep.suited(FINGER)
+    assert creep is not None
+    looser = creep.looser(2)
+    assert looser is not None and [each.name for each in looser.parameters[2:]] == ["own_01", "own_02", "strain_power"]
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.3, 1.5, *own, power))[0]
+    gained = 0.3 * (1 - np.exp(-2 / 1.5))
+    np.testing.assert_allclose(found, [2.0 * (1 + gained * 1.5 * 2 / 3), 3.0 * (1 + gained * 0.5 * 3 / 4)])
+    memory = Memory.suited(FINGER)
+    assert isinstance(memory, Memory)
+    looser = memory.looser(2)
+    assert looser is not None
+    # The earlier readings over the peak are 1/3 and 1/2.
+    plain = memory.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.1, 4.0, 0.5))[0] - [2.0, 3.0]
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.1, 4.0, 0.5, *own, power))[0]
+    np.testing.assert_allclose(found, [2.0 + plain[0] * 1.5 / 3, 3.0 + plain[1] * 0.5 / 2])

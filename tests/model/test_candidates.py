@@ -82,7 +82,7 @@ class Model:
     """Touches that read size · place^power, and samples -size; t = 3, m = 1."""
 
     def __init__(self, effects: tuple[Effect, ...] = ()) -> None:
-        self.effects, self.known = effects, SimpleNamespace(n_touches=3)
+        self.effects, self.known, self.n_elements = effects, SimpleNamespace(n_touches=3), 1
 
     def with_effects(self, effects: tuple[Effect, ...]) -> Model:
         return Model(effects)
@@ -91,7 +91,9 @@ class Model:
         return np.array([*vector, *values])
 
     def predict(self, vector: np.ndarray) -> Predicted:
-        return Predicted(vector[-2] * np.array([[1.0], [2.0], [3.0]]) ** vector[-1], None)
+        # With a third value, what is added to each touch.
+        size, power, *more = vector
+        return Predicted(size * np.array([[1.0], [2.0], [3.0]]) ** power + sum(more), None)
 
 
 def fitted(residual: list[float]) -> Any:
@@ -155,6 +157,36 @@ def test_gains_are_in_order() -> None:
     assert [each.effect.name for each in found] == ["power", "first"]
     # Signature 0.5 · (1, 2, 3), squares 3.5, slope 54.
     assert found[1].gain == pytest.approx(0.5 * 54**2 / 3.5 - 0.5 * np.log(3), rel=1e-6)
+
+
+class WithConstant(Power):
+    """Its looser form adds a constant, as an amplitude or not."""
+
+    amplitude = True
+
+    def looser(self, n_elements: int) -> Effect:
+        looser = WithConstant()
+        null = 0.0 if self.amplitude else None
+        looser.parameters = (*Power.parameters, parameter("constant", Uniform(-10.0, 10.0), (0.5,), null))
+        return looser
+
+
+class WithShape(WithConstant):
+    amplitude = False
+
+
+def test_the_looser_form_is_scored_where_its_amplitudes_gain_more() -> None:
+    """Residuals of 3 · place² + 6 are fitted by both amplitudes: half their squares, less log t for one more."""
+    (found,) = score_effects(fitted([9.0, 18.0, 33.0]), (WithConstant(),))
+    assert found.trials == 4 and len(found.effect.parameters) == 3
+    np.testing.assert_allclose(found.start, (3.0, 2.0, 6.0), rtol=1e-4)
+    assert found.gain == pytest.approx(0.5 * (81 + 324 + 1089) - np.log(3), rel=1e-5)
+    # Nothing of a constant: the form with fewer amplitudes gains more.
+    (found,) = score_effects(fitted([3.0, 12.0, 27.0]), (WithConstant(),))
+    assert found.trials == 4 and len(found.effect.parameters) == 2
+    # Without another amplitude, only a fit shows what the form can do.
+    (found,) = score_effects(fitted([9.0, 18.0, 33.0]), (WithShape(),))
+    assert found.trials == 2 and len(found.effect.parameters) == 2
 
 
 def drifting(monkeypatch: pytest.MonkeyPatch, sizes: dict[float, float]) -> GainDrift:
