@@ -25,6 +25,7 @@ from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.pictures.maps import binned, draw_map, most_telling
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
+from bayestouch.effects.effect import OWN, EffectParameter
 from bayestouch.effects.listing import PAD, typical
 from bayestouch.effects.surface import SurfaceProfile
 from bayestouch.finger.quantities import quantities
@@ -270,6 +271,10 @@ def page() -> str:
         "Each table lists the parameters. With the value in the column *does nothing at* the sensor is as without the",
         "effect. The prior says which values are probable before any data: its median, and the range that holds 90 %.",
         "",
+        "Many effects have a *looser form*: the same physics with further parameters, which at zero change nothing.",
+        "`own_01` is that of the first element, and each element has one. A diagnosis takes this form where it",
+        "predicts touches that are held out clearly better.",
+        "",
         "A peak reading is what the fitted sensor would read without the effects: a finger exactly under a knife edge",
         "at the mean load, a pad under a touch at the median load. Other terms are in the [glossary](glossary.md).",
     ]
@@ -282,10 +287,29 @@ def page() -> str:
             out += ["", f"## {stage.capitalize()}: {STAGES[stage]}"]
         out += ["", f"### {name}", "", inspect.getdoc(cls) or "", "", f"![{cls.summary}](effects/{name}.png)", ""]
         out += ["| parameter | unit | meaning | does nothing at | prior |", "|---|---|---|---|---|"]
-        for each in effect.parameters:
-            null = "" if each.null is None else f"{each.null:g}"
-            out.append(f"| `{name}_{each.name}` | {each.unit} | {each.description} | {null} | {_prior(each.prior)} |")
+        out += [_row(name, each) for each in effect.parameters]
+        looser = effect.looser(2)
+        more = () if looser is None else looser.parameters[len(effect.parameters) :]
+        if more:
+            out += [
+                "",
+                "The looser form has these, too:",
+                "",
+                "| parameter | unit | meaning | prior |",
+                "|---|---|---|---|",
+            ]
+            # of the elements the first stands for all
+            kept = [each for each in more if not each.name.startswith(OWN) or each.name == f"{OWN}01"]
+            out += [
+                f"| `{name}_{each.name}` | {each.unit} | {each.description} | {_prior(each.prior)} |" for each in kept
+            ]
     return "\n".join([*out, *simulated()]) + "\n"
+
+
+def _row(name: str, each: EffectParameter) -> str:
+    """A parameter in the table of its effect."""
+    null = "" if each.null is None else f"{each.null:g}"
+    return f"| `{name}_{each.name}` | {each.unit} | {each.description} | {null} | {_prior(each.prior)} |"
 
 
 def simulated() -> list[str]:
@@ -319,7 +343,7 @@ def simulated() -> list[str]:
 
 
 def _prior(prior: Any) -> str:
-    low, middle, high = (round(float(v), 12) for v in prior.quantile(np.array([0.05, 0.5, 0.95])))
+    low, middle, high = (round(float(v), 12) + 0.0 for v in prior.quantile(np.array([0.05, 0.5, 0.95])))
     return f"{type(prior).__name__}: {middle:.3g}, 90 % within {low:.3g} to {high:.3g}"
 
 

@@ -150,7 +150,10 @@ class LoadMisalignment(Effect):
     def looser(self, n_elements: int) -> Effect | None:
         if not self.around:
             return None
-        twice = (replace(each, name=f"{each.name}_2") for each in self.parameters[:2])
+        twice = (
+            replace(each, name=f"{each.name}_2", description=f"load error ({each.name} of twice the angle) as a share")
+            for each in self.parameters[:2]
+        )
         return replace(self, parameters=(*self.parameters[:2], *twice))
 
     def pose(self, recording: Recording, values: Values) -> Recording:
