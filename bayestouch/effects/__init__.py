@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bayestouch.effects.catalogue import catalogue, effect_classes
-from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
 from bayestouch.effects.stated import StatedModel, read_model
@@ -19,5 +19,6 @@ __all__ = [
     "Values",
     "catalogue",
     "effect_classes",
+    "own_parameters",
     "read_model",
 ]

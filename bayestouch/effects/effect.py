@@ -268,7 +268,17 @@ OWN = "own_"
 
 
 def own_parameters(n_elements: int, what: str, sd: float) -> tuple[EffectParameter, ...]:
-    """One parameter for each element, ``own_01`` and on, with a normal prior about zero; `what` describes it."""
+    """One parameter for each element, ``own_01`` and on, for the `looser` form of an effect.
+
+    Parameters
+    ----------
+    n_elements : int
+        Number of elements.
+    what : str
+        What the parameter is; " of element 1" follows it in descriptions.
+    sd : float
+        Standard deviation of the prior, which is normal with mean zero. The parameters have no unit.
+    """
     prior = Normal(0.0, sd)
     return tuple(
         EffectParameter(f"{OWN}{e:02d}", "", f"{what} of element {e}", prior, (0.0,)) for e in range(1, n_elements + 1)
