@@ -1,16 +1,19 @@
-"""The blind studies of the diagnosis: new forms, new causes, two rubbers, two orders. Each of the two is run once.
+"""The blind studies of the diagnosis: new forms, new causes, two rubbers, two orders. Each of the three is run once.
 
-Forms and causes of the first are in `tests/independent/blind_forms.py`, those of the second in `second_forms.py` beside
-it; cases and rules are in this file, tables in `studies/_blind_tables.py`. All of them were committed before the code
-that they examine was frozen. No form was adapted to what the diagnosis can do, and no diagnosis of these forms was run
-before. Results are published whatever they are.
+Forms and causes of the first are in `tests/independent/blind_forms.py`, those of the second and third in
+`second_forms.py` and `third_forms.py` beside it; cases and rules are in this file, tables in
+`studies/_blind_tables.py`. All of them were committed before the code that they examine was frozen. No form was adapted
+to what the diagnosis can do, and no diagnosis of these forms was run before. Results are published whatever they are.
 
-Cases, each with a finger of its own (seeds 88000 and on in the first study, 91000 and on in the second):
+Cases, each with a finger of its own (seeds 88000 and on in the first study, 91000 and on in the second, 94000 and on in
+the third):
 
-- one: 2 forms of every effect at sizes 1, 2 and 5; each form sees both rubbers and both orders;
-- none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15);
-- unlisted: 12 causes (second study: 10) at sizes 2 and 5, for each rubber and order;
-- pair: 30 pairs of effects (second study: 24 others), size 2 each, twice with other forms, rubbers or orders;
+- one: 2 forms of every effect at sizes 1, 2 and 5; each form sees both rubbers and both orders (third study: each form
+  at each size);
+- none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15, third: 36);
+- unlisted: 12 causes (second and third study: 10) at sizes 2 and 5, for each rubber and order (third study: twice);
+- pair: 30 pairs of effects (second and third study: 24 others), size 2 each, twice with other forms, rubbers or orders
+  (third study: eight times);
 - whole, in the first study alone: 12 fingers as large as the practice fingers, counted apart from the others, which
   have 8 elements.
 
@@ -36,7 +39,7 @@ How results are counted, written down before any run:
 - Causes: a set of causes is right as `studies/_cause_rules.py` counts it.
 
     python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
-        --study first   the first study in place of the second
+        --study NAME    first or second, in place of the third
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
         --again         the fingers of 8 elements of a study that was run, with the code of today: for development
         --cases N       ends after N new cases
@@ -75,12 +78,12 @@ from _error_rate_versions import code_version, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
 from _result_lines import appending, kept_lines  # noqa: E402
 from _shared_out import finished  # noqa: E402
-from independent import blind_forms, dataset, second_forms  # noqa: E402
+from independent import blind_forms, dataset, second_forms, third_forms  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
 from independent.dataset import write  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
-EFFECTS = {**dataset.EFFECTS, **blind_forms.EFFECTS, **second_forms.EFFECTS}
+EFFECTS = {**dataset.EFFECTS, **blind_forms.EFFECTS, **second_forms.EFFECTS, **third_forms.EFFECTS}
 #: Rubber and order of touches. Any three that follow each other have both rubbers and both orders.
 CONDITIONS = (("soft", "scan"), ("stiff", "random"), ("soft", "random"), ("stiff", "scan"))
 SIZES, UNLISTED_SIZES, PAIR_SIZE = (1.0, 2.0, 5.0), (2.0, 5.0), 2.0
@@ -145,6 +148,33 @@ SECOND_PAIRS = (
     ("gain_drift", "creep"),
     ("gain_drift", "memory"),
 )
+#: Drawn with the seed 94000 from the 156 pairs of effects that are in neither.
+THIRD_PAIRS = (
+    ("prober_eccentricity", "load_offset"),
+    ("load_misalignment", "blunt_edge"),
+    ("load_misalignment", "crosstalk"),
+    ("load_misalignment", "channel_lag"),
+    ("load_misalignment", "creep"),
+    ("blunt_edge", "crosstalk"),
+    ("blunt_edge", "gain_drift"),
+    ("blunt_edge", "outliers"),
+    ("tangential_load", "outliers"),
+    ("surface_profile", "baseline_drift"),
+    ("surface_profile", "signal_dependent_noise"),
+    ("finite_strain", "soft_spot"),
+    ("finite_strain", "gain_nonlinearity"),
+    ("finite_strain", "saturation"),
+    ("finite_strain", "outliers"),
+    ("soft_spot", "channel_lag"),
+    ("aperture", "crosstalk"),
+    ("aperture", "channel_lag"),
+    ("aperture", "creep"),
+    ("aperture", "outliers"),
+    ("channel_lag", "common_mode_noise"),
+    ("proximity", "gain_drift"),
+    ("proximity", "common_mode_noise"),
+    ("gain_nonlinearity", "memory"),
+)
 #: Whole fingers: effects by key with their size; of each there are two, under conditions that follow each other.
 WHOLE = (
     (),
@@ -158,10 +188,11 @@ WHOLE = (
 
 @dataclass(frozen=True)
 class Study:
-    """What one of the two studies has of its own.
+    """What one of the studies has of its own.
 
     `name` is that of its page and of its folder, `tag` that of the commit at which it runs, and `registry` the module
-    of its forms and causes. `plain` counts the fingers of each rubber and order on which nothing is missing.
+    of its forms and causes. `plain` counts the fingers of each rubber and order on which nothing is missing, `of_form`
+    those of each form and size, `of_cause` those of each unlisted cause and size, `of_pair` those of each pair.
     """
 
     name: str
@@ -171,11 +202,15 @@ class Study:
     plain: int
     pairs: tuple[tuple[str, str], ...]
     whole: tuple[tuple[tuple[str, float], ...], ...] = ()
+    of_form: int = 1
+    of_cause: int = 4
+    of_pair: int = 2
 
 
 BLIND_STUDIES = {
     "first": Study("blind_study", "blind-study", blind_forms, 88_000, 25, PAIRS, WHOLE),
     "second": Study("second_blind_study", "second-blind-study", second_forms, 91_000, 15, SECOND_PAIRS),
+    "third": Study("third_blind_study", "third-blind-study", third_forms, 94_000, 36, THIRD_PAIRS, (), 4, 8, 8),
 }
 
 
@@ -205,14 +240,18 @@ def cases(study: Study) -> list[Case]:
     """All cases of a study in a fixed random order, so that a part of the run is a smaller study."""
     plan: list[tuple[str, tuple[tuple[str, float], ...], int, str]] = []
     for i, form in enumerate(study.registry.LISTED):
-        plan += [("one", ((form.key, size),), i + j, "small") for j, size in enumerate(SIZES)]
+        sizes = [(i + j + k, size) for j, size in enumerate(SIZES) for k in range(study.of_form)]
+        plan += [("one", ((form.key, size),), condition, "small") for condition, size in sizes]
     plan += [("none", (), i, "small") for i in range(study.plain * len(CONDITIONS))]
     for cause in study.registry.UNLISTED:
-        plan += [("unlisted", ((cause.key, size),), i, "small") for size in UNLISTED_SIZES for i in range(4)]
+        plan += [
+            ("unlisted", ((cause.key, size),), i, "small") for size in UNLISTED_SIZES for i in range(study.of_cause)
+        ]
     for i, (first, second) in enumerate(study.pairs):
-        for j in range(2):
-            keys = study.registry.forms(first)[j].key, study.registry.forms(second)[1 - j].key
-            plan.append(("pair", tuple((key, PAIR_SIZE) for key in keys), i + j, "small"))
+        for j in range(study.of_pair):
+            keys = study.registry.forms(first)[j % 2].key, study.registry.forms(second)[1 - j % 2].key
+            # both choices of forms see all conditions
+            plan.append(("pair", tuple((key, PAIR_SIZE) for key in keys), i + j + j // 4, "small"))
     for i, effects in enumerate(study.whole):
         kind = "none" if not effects else "one" if EFFECTS[effects[0][0]].listed else "unlisted"
         plan += [(kind, effects, i + j, "whole") for j in range(2)]
@@ -278,7 +317,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     """Run what is not in the folder, and print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("-o", "--output", type=Path, help="folder of the results (default: the name of the page)")
-    parser.add_argument("--study", choices=BLIND_STUDIES, default="second")
+    parser.add_argument("--study", choices=BLIND_STUDIES, default="third")
     parser.add_argument("--development", action="store_true", help="a handful of today's forms, with other seeds")
     parser.add_argument("--again", action="store_true", help="cases that were run, for development")
     parser.add_argument("--processes", type=int, default=2)

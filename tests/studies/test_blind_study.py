@@ -38,6 +38,12 @@ NUMBERS = {
         "unlisted": (80, "an unlisted cause: 10 at sizes 2 and 5, for each rubber and order"),
         "pair": (48, "two effects of size 2: 24 pairs, twice"),
     },
+    "third": {
+        "one": (504, "one effect: 42 forms at sizes 1, 2 and 5, for each rubber and order"),
+        "none": (144, "nothing is missing: 36 for each rubber and order"),
+        "unlisted": (160, "an unlisted cause: 10 at sizes 2 and 5, twice for each rubber and order"),
+        "pair": (192, "two effects of size 2: 24 pairs, eight times"),
+    },
 }
 #: Of the keys of the first study in their order.
 FIRST_CASES = "ce41bbd7e3c9e60bb310b292ec81c9e4e64af0b0a71fff2f89654852aabe5fea"
@@ -82,7 +88,12 @@ def test_the_first_study_has_the_cases_that_were_run() -> None:
 def test_every_form_has_all_sizes_both_rubbers_and_both_orders(name: str) -> None:
     for form in blind.BLIND_STUDIES[name].registry.LISTED:
         own = [case for case in of_kind(name, "one") if case.effects[0][0] == form.key]
-        assert {case.effects[0][1] for case in own} == {1.0, 2.0, 5.0} and len(own) == 3
+        each = blind.BLIND_STUDIES[name].of_form
+        assert Counter(case.effects[0][1] for case in own) == dict.fromkeys((1.0, 2.0, 5.0), each)
+        if each == len(blind.CONDITIONS):
+            assert {(case.effects[0][1], case.rubber, case.order) for case in own} == {
+                (size, *condition) for size in (1.0, 2.0, 5.0) for condition in blind.CONDITIONS
+            }
         assert {case.rubber for case in own} == {"soft", "stiff"}
         assert {case.order for case in own} == {"scan", "random"}
 
@@ -94,13 +105,15 @@ def test_the_other_kinds_are_complete(name: str) -> None:
     assert none == dict.fromkeys(blind.CONDITIONS, of.plain)
     unlisted = Counter((*case.effects[0], case.rubber, case.order) for case in of_kind(name, "unlisted"))
     assert {key for key, *_ in unlisted} == {cause.key for cause in of.registry.UNLISTED}
-    assert len(unlisted) == len(of.registry.UNLISTED) * 2 * 4 and set(unlisted.values()) == {1}
+    assert len(unlisted) == len(of.registry.UNLISTED) * 2 * 4 and set(unlisted.values()) == {of.of_cause // 4}
     pairs = of_kind(name, "pair")
-    assert len(pairs) == 2 * len(set(map(frozenset, of.pairs))) == 2 * len(of.pairs)
+    assert len(pairs) == of.of_pair * len(set(map(frozenset, of.pairs))) == of.of_pair * len(of.pairs)
     for names in of.pairs:
         own = [case for case in pairs if tuple(case.names) == names]
         assert len({key for case in own for key, _ in case.effects}) == 4
-    assert {case.design for case in CASES["second"]} == {"small"}
+        seen = Counter((case.effects, case.rubber, case.order) for case in own)
+        assert len(seen) == of.of_pair and set(seen.values()) == {1}
+    assert {case.design for case in (*CASES["second"], *CASES["third"])} == {"small"}
     whole = Counter(case.kind for case in CASES["first"] if case.design == "whole")
     assert whole == {"none": 2, "one": 6, "unlisted": 4}
 
@@ -110,11 +123,13 @@ def test_the_pairs_of_the_first_study_have_every_effect() -> None:
     assert {name for pair in blind.PAIRS for name in pair} == effects
 
 
-def test_pairs_of_the_second_study_were_drawn_with_its_seed() -> None:
+@pytest.mark.parametrize(("name", "earlier"), [("second", blind.PAIRS), ("third", blind.PAIRS + blind.SECOND_PAIRS)])
+def test_pairs_of_later_studies_were_drawn_with_their_seeds(name: str, earlier: tuple[tuple[str, str], ...]) -> None:
+    of = blind.BLIND_STUDIES[name]
     names = dict.fromkeys(form.name for form in blind.BLIND_STUDIES["second"].registry.LISTED)
-    others = [pair for pair in combinations(names, 2) if set(pair) not in [set(each) for each in blind.PAIRS]]
-    drawn = random.Random(91_000).sample(others, len(blind.SECOND_PAIRS))
-    assert sorted(drawn, key=others.index) == list(blind.SECOND_PAIRS)
+    others = [pair for pair in combinations(names, 2) if set(pair) not in [set(each) for each in earlier]]
+    drawn = random.Random(of.first_seed).sample(others, len(of.pairs))
+    assert sorted(drawn, key=others.index) == list(of.pairs)
 
 
 @each_study
@@ -131,10 +146,10 @@ def test_trials_have_forms_of_today_and_other_seeds() -> None:
 
 
 def test_seeds_are_of_no_other_study() -> None:
-    """Each case of both studies has its own, and no other study has a number in their ranges."""
+    """Each case of every study has its own, and no other study has a number in their ranges."""
     seeds = {case.seed for case in ALL}
     assert len(seeds) == len(ALL)
-    assert min(case.seed for case in CASES["second"]) == 91_000
+    assert [min(case.seed for case in CASES[name]) for name in CASES] == [88_000, 91_000, 94_000]
     for path in STUDIES.rglob("*.py"):
         if path.name != "blind_study.py":
             nodes = ast.walk(ast.parse(path.read_text("utf-8")))
@@ -314,6 +329,23 @@ def test_only_what_is_missing_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert len(blind.main([*arguments, "--cases", "1"])) == 1
     assert len(blind.main(arguments)) == 4
     assert sorted(ran) == sorted(case.key for case in blind.trial_cases())
+
+
+def test_an_earlier_study_runs_again_for_development(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its fingers of 8 elements, with the code of today; nothing of this comes into its page."""
+    ran: list[Any] = []
+
+    def run(commit: str, case: Any) -> dict[str, Any]:
+        ran.append(case)
+        return result(case.kind, case.names, [], "adequate", key=case.key, commit=commit, version=blind.code_version())
+
+    monkeypatch.setattr(blind, "run", run)
+    arguments = ["-o", str(tmp_path), "--again", "--processes", "1", "--study", "first"]
+    blind.main(arguments)
+    assert [each.key for each in ran] == [each.key for each in CASES["first"] if each.design == "small"]
+    assert {each["commit"] for each in blind.kept(tmp_path)} == {"development"}
+    with pytest.raises(SystemExit):
+        blind.main([*arguments, "--docs"])
 
 
 def test_results_of_a_trial_do_not_come_into_the_page(tmp_path: Path) -> None:
