@@ -293,7 +293,8 @@ def _bend(
     limits = np.where(along, -np.inf, low[at.values]), np.where(along, np.inf, high[at.values])
     # If hardly any reading depends on a value, the normal density may reach to where readings overflow.
     reach, edge = FAR_BY_PRIOR * posterior.prior.spread[:n], np.where(np.arange(n) < at.n_base, margin, 0.0)
-    possible = np.maximum(low[:n] + edge, vector[:n] - reach), np.minimum(high[:n] - edge, vector[:n] + reach)
+    mode = ridges(vector[None])[0][0][:n]
+    possible = np.maximum(low[:n] + edge, mode - reach), np.minimum(high[:n] - edge, mode + reach)
 
     def step(values: FloatArray) -> tuple[FloatArray, float]:
         moved = vector.copy()

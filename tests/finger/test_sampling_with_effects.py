@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import pytest
 import bayestouch
 from bayestouch.calibration.with_effects import fit_stated
 from bayestouch.effects.stated import StatedModel
+from bayestouch.finger import sampling_with_effects
 from bayestouch.finger.density_with_effects import EffectPosterior
-from bayestouch.finger.linear_chain import LinearChain, degrees_spent
+from bayestouch.finger.linear_chain import LinearChain, degrees_spent, linearised_chain
 from bayestouch.finger.noise import Residuals
 from bayestouch.finger.sampling import NO_RIDGES
 from bayestouch.finger.sampling_with_effects import _Start, effect_fit
@@ -135,3 +137,51 @@ def test_a_map_whose_centre_has_no_density_gives_way_to_the_first_that_has() -> 
         assert replace(fit, to_vectors=bad).with_usable_map((none, good, little)).to_vectors is good
     # None is usable: the last one, which is the simplest.
     assert replace(fit, to_vectors=little).with_usable_map((little, none)).to_vectors is none
+
+
+def test_a_bend_is_looked_for_where_readings_are_possible(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hardly anything says how steep the gain bends: its logarithm is looked at within six of its prior sds."""
+    design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=20.0, flat_step_deg=20.0, touch_step_deg=20.0)
+    made = bayestouch.simulate(design, effects={"gain_nonlinearity": 0.001}, seed=1)
+    stated = fit_stated(
+        made.dataset, StatedModel("finger", "layer", (("gain_nonlinearity", {}),)), draws=8, seed=0, contact="layer"
+    )
+    start = stated.evaluation.start
+    posterior = EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
+    seen: list[np.ndarray] = []
+
+    def bent(step: Any, centre: np.ndarray, *others: Any) -> None:
+        seen.clear()
+        monkeypatch.setattr(sampling_with_effects, "linearised_chain", noted)
+        # As far to both sides as rounding allows: 100 sds of the prior.
+        far = 100 * posterior.prior.spread[posterior.layout.values]
+        for values in (centre + far, centre - far):
+            shift, length = step(values)
+            assert np.isfinite(shift).all() and np.isfinite(length)
+
+    def noted(fitted: Any, posterior: Any, vector: np.ndarray, **options: Any) -> Any:
+        seen.append(vector)
+        return linearised_chain(fitted, posterior, vector, **options)
+
+    monkeypatch.setattr(sampling_with_effects.Bend, "of", bent)
+    fit = effect_fit(stated.fitted, stated.added, posterior)
+    at = posterior.layout
+    reach = np.abs(np.array(seen)[:, : at.n_chain] - fit.vector[: at.n_chain]) / posterior.prior.spread[: at.n_chain]
+    # The centre of the map differs a little from the mode.
+    assert len(seen) == 2 and 5.8 < reach[:, at.values].max() and reach.max() < 6.2
+
+
+def test_no_bend_of_many_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten values at most: a share of each of eight elements, and the two that all of them have."""
+    asked: list[int] = []
+    monkeypatch.setattr(sampling_with_effects.Bend, "of", lambda step, centre, *others: asked.append(len(centre)))
+    for n in (8, 9):
+        design = bayestouch.FingerDesign(n_elements=n, edge_step_deg=20.0, flat_step_deg=20.0, touch_step_deg=20.0)
+        data = bayestouch.simulate(design, effects={"channel_lag": 0.05, "channel_lag.own_02": 0.5}, seed=1).dataset
+        model = StatedModel("finger", "layer", (("channel_lag", {"own_02": 0.4}),))
+        stated = fit_stated(data, model, draws=8, seed=0, contact="layer")
+        start = stated.evaluation.start
+        effect_fit(
+            stated.fitted, stated.added, EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
+        )
+    assert asked == [10]
