@@ -90,12 +90,16 @@ def _probability(value: float) -> str:
 
 
 def _values(parameters: Mapping[str, Any]) -> str:
-    unequal = {name: each for name, each in parameters.items() if name.startswith(OWN)}
-    if len(parameters) > len(unequal) > 0:
-        shared = {name: each for name, each in parameters.items() if name not in unequal}
-        return f"{_values(shared)}; of the elements: {_values(unequal)}"
+    of_elements = {name: each for name, each in parameters.items() if f"_{OWN}" in name}
+    shared = {name: each for name, each in parameters.items() if name not in of_elements}
+    if of_elements and shared:
+        return f"{_values(shared)}; of the elements: {_summed_up(of_elements)}"
     if len(parameters) <= _MOST_VALUES:
         return ", ".join(_value(name, each) for name, each in parameters.items())
+    return _summed_up(parameters)
+
+
+def _summed_up(parameters: Mapping[str, Any]) -> str:
     clear = sum(abs(each["mean"]) > _STANDARD_ERRORS * (each["sd"] or math.inf) for each in parameters.values())
     return f"{len(parameters)} values, {clear} of which are more than {_STANDARD_ERRORS:g} standard deviations from 0"
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from bayestouch.diagnosis import outcome
 from bayestouch.diagnosis.outcome import (
     VERDICTS,
     sentences,
@@ -237,3 +238,19 @@ def test_sentences_on_places() -> None:
     (line,) = (line for line in said if "not distinguishable" in line)
     assert line.startswith("baseline_drift and something in place are not distinguishable")
     assert not any("place" in line for line in sentences(numbers("unattributed", in_place=None)))
+
+
+def test_values_of_many_elements_are_summed_up() -> None:
+    """Those that all elements have are told one by one; more than twelve are summed up, too."""
+    value = {"mean": 0.25, "sd": 0.02}
+    shared = {"channel_lag_share": value, "channel_lag_carry": {"mean": -0.002, "sd": 0.004}}
+    of_elements = {
+        f"channel_lag_own_{e:02d}": {"mean": mean, "sd": 0.1} for e, mean in enumerate((0.3, -0.3, 0.1), start=1)
+    }
+    assert outcome._values(shared) == "channel_lag_share 0.25 ± 0.02, channel_lag_carry -0.002 ± 0.004"
+    assert outcome._values(shared | of_elements) == (
+        "channel_lag_share 0.25 ± 0.02, channel_lag_carry -0.002 ± 0.004; "
+        "of the elements: 3 values, 2 of which are more than 2 standard deviations from 0"
+    )
+    many = {f"weight_{i}": value for i in range(13)}
+    assert outcome._values(many) == "13 values, 13 of which are more than 2 standard deviations from 0"
