@@ -23,9 +23,9 @@ def once_around(angle_deg: FloatArray, values: Values, centre: tuple[float, ...]
     return np.asarray(values[0] * (np.sin(turn) - centre[0]) + values[1] * (np.cos(turn) - centre[1]))
 
 
-def centre_of_elements(setting: Setting) -> tuple[float, float]:
-    """Means of sin θ and cos θ over the elements of a finger."""
-    turn = np.radians(setting.element_place[0])
+def centre_of_elements(setting: Setting, waves: int = 1) -> tuple[float, float]:
+    """Means of sin kθ and cos kθ over the elements of a finger, with k waves a turn."""
+    turn = waves * np.radians(setting.element_place[0])
     return float(np.sin(turn).mean()), float(np.cos(turn).mean())
 
 
@@ -123,7 +123,7 @@ class LoadMisalignment(Effect):
     gains, so that the scale of the loads is known only as the force sensor states it. On a pad the share changes
     linearly from one side to the other, as on a tilted table, and is zero in the middle. All elements read too much or
     too little at the same locations. In the looser form on a finger there are two waves a turn beside the one, as the
-    friction of a guide makes them.
+    friction of a guide makes them; their mean over the elements is zero, too.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on the cross-sensitivity of force sensors.
     """
@@ -132,6 +132,7 @@ class LoadMisalignment(Effect):
     around: bool
     centre: tuple[float, ...]
     half_range: tuple[float, ...]
+    centre_2: tuple[float, ...] = (0.0, 0.0)
 
     name: ClassVar[str] = "load_misalignment"
     stage: ClassVar[Stage] = "rig"
@@ -145,7 +146,9 @@ class LoadMisalignment(Effect):
         parameters = tuple(EffectParameter(n, "", f"load error ({n}) as a share", prior, (0.001,), 0.0) for n in names)
         middle = tuple(0.5 * (low + high) for low, high in setting.place_range)
         half = tuple(max(0.5 * (high - low), 1e-9) for low, high in setting.place_range)
-        return cls(parameters, setting.finger, centre_of_elements(setting) if setting.finger else middle, half)
+        if not setting.finger:
+            return cls(parameters, False, middle, half)
+        return cls(parameters, True, centre_of_elements(setting), half, centre_of_elements(setting, 2))
 
     def looser(self, n_elements: int) -> Effect | None:
         if not self.around:
@@ -160,7 +163,7 @@ class LoadMisalignment(Effect):
         if self.around:
             error = once_around(recording.place[0], values, self.centre)
             if len(values) > 2:
-                error = error + once_around(2 * recording.place[0], values[2:], (0.0, 0.0))
+                error = error + once_around(2 * recording.place[0], values[2:], self.centre_2)
         else:
             scaled = zip(values, recording.place, self.centre, self.half_range, strict=False)
             error = np.sum([v * (place - middle) / half for v, place, middle, half in scaled], axis=0)

@@ -242,8 +242,8 @@ def test_sentences_on_places() -> None:
 
 def test_values_of_many_elements_are_summed_up() -> None:
     """Those that all elements have are told one by one; more than twelve are summed up, too."""
-    value = {"mean": 0.25, "sd": 0.02}
-    shared = {"channel_lag_share": value, "channel_lag_carry": {"mean": -0.002, "sd": 0.004}}
+    value = {"mean": 0.25, "sd": 0.02, "unit": ""}
+    shared = {"channel_lag_share": value, "channel_lag_carry": {"mean": -0.002, "sd": 0.004, "unit": ""}}
     of_elements = {
         f"channel_lag_own_{e:02d}": {"mean": mean, "sd": 0.1} for e, mean in enumerate((0.3, -0.3, 0.1), start=1)
     }
