@@ -2,14 +2,12 @@
 
 A diagnosis compares the models that it fitted. None of them may be right: an effect may follow another formula than
 that of the catalogue, and a cause that no catalogue has may imitate an effect. This study counts how often named causes
-were there, on simulated fingers whose causes are known: those of the second blind study, diagnosed again after the
-search and the effects were changed (formulas unlike those of the catalogue), and those of `causes.py` for development
-(formulas like those of the catalogue). Each study has half of the weight. `bayestouch.diagnosis.imitations` has these
-shares, and a test compares them.
+were there, on simulated fingers whose causes are known: those of the first blind study (formulas that nobody had seen)
+and those of `causes.py` for development (formulas like those of the catalogue). Each study has half of the weight.
+`bayestouch.diagnosis.imitations` has these shares, and a test compares them.
 
-Results of the second study are those of ``blind_study.py --study second --again``, of the cases that one session had
-time for, in the order of the study; those of development are of ``causes.py -o FILE --development --fingers 10 --cases
-146``. Of each finger, sets of causes with a probability below one in a million are left out.
+Results of development are those of ``causes.py -o FILE --development --fingers 10 --cases 146``; of each finger, sets
+of causes with a probability below one in a million are left out.
 
     python studies/imitations.py [--docs]
 
@@ -38,7 +36,7 @@ from bayestouch.diagnosis.verdict import structure_left
 Record = dict[str, Any]
 #: Results of each study.
 FILES = {
-    "second blind study, again": DOCS / "results" / "second_blind_study" / "again.jsonl",
+    "blind study": DOCS / "results" / "blind_study" / "results.jsonl",
     "development": DOCS / "results" / "causes" / "development.jsonl",
 }
 #: A share of fewer causes than this is too uncertain to have half of the weight.

@@ -3,9 +3,8 @@
 The probabilities of a search compare the models that were fitted, as if one of them were right. Often none is: an
 effect of a real sensor follows a formula of its own, and a cause that no catalogue has may imitate an effect. Then the
 fit needs a second effect to repair the formula of the first, or blames an effect that is not there. Touches of one
-sensor cannot say how often this happens. It was counted on simulated fingers whose causes are known: those of the
-second blind study, whose formulas are not those of the catalogue, and those of the development study
-(docs/diagnosis.md).
+sensor cannot say how often this happens. It was counted on simulated fingers whose causes are known: those of the blind
+study, whose formulas nobody had seen, and those of the development study (docs/diagnosis.md).
 
 Each named cause is there with the share that was counted, independently of the others; a set that loses its last cause
 is `SOMETHING_ELSE`. "Nothing" is left as it is: it was right as often as the search says.
