@@ -42,5 +42,5 @@ def slopes(parameters: np.ndarray, pressed: w.Pressed) -> np.ndarray:
 
 
 def prior_sd(parameters: np.ndarray) -> np.ndarray:
-    """Standard deviations of all priors; the uniform one of reach, 0 to 0.6, by its middle 68 %."""
-    return np.concatenate([w.prior_sd(parameters[:-3]), [0.1, 0.5 * 0.6 * (0.841 - 0.159), 0.2]])
+    """Standard deviations of all priors; the uniform one of reach, 0 to 1, by its middle 68 %."""
+    return np.concatenate([w.prior_sd(parameters[:-3]), [0.1, 0.5 * (0.841 - 0.159), 0.2]])

@@ -44,7 +44,7 @@ def test_readings_that_say_nothing_leave_every_prior_as_it_is(data: SplitData, b
     np.testing.assert_allclose(np.sqrt(np.diag(covariance)), sd, rtol=1e-3)
     correlation = covariance / np.outer(sd, sd) - np.eye(len(sd))
     assert np.abs(correlation).max() < 1e-3
-    built = [np.full(M, w.DEPTH), np.radians(w.ANGLES), [0.46, np.log(0.15), 0.0, 0.3, 0.0]]
+    built = [np.full(M, w.DEPTH), np.radians(w.ANGLES), [0.46, np.log(0.15), 0.0, 0.5, 0.0]]
     np.testing.assert_allclose(found.vector[M:], np.concatenate(built), atol=1e-3)
     means = data.table.averaged()
     assert means.angle_deg is not None
