@@ -42,13 +42,13 @@ def pad_design() -> PadCalibrationDesign:
 
 
 def test_values_are_drawn_from_the_documented_priors() -> None:
-    """Share normal of sd 0.1, reach uniform to 0.6, lean normal of sd 0.2 within 0.8; a drift's sd half-normal."""
+    """Share normal of sd 0.1, reach uniform to 1, lean normal of sd 0.2 within 0.8; a drift's sd half-normal."""
     added, rng = finger_design("crosstalk", "baseline_drift", "gain_drift").added, np.random.default_rng(1)
     drawn = [added.named(added.draw(rng)) for _ in range(2000)]
     values = {name: np.array([float(each[name]) for each in drawn]) for name in drawn[0]}
     documented = {
         "crosstalk_share": stats.norm(0, 0.1),
-        "crosstalk_reach": stats.uniform(0, 0.6),
+        "crosstalk_reach": stats.uniform(0, 1),
         "crosstalk_lean": stats.truncnorm(-4, 4, 0, 0.2),
         "baseline_drift_sd": stats.halfnorm(0, 0.05),
     }
