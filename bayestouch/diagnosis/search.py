@@ -274,9 +274,8 @@ def _with_looser(tried: list[Tried], fitted: Fitted, before: FloatArray, least: 
     better: dict[str, Tried] = {}
     for each in (each for each in plain if not _is_small(each.fitted)):
         effect = each.effect.looser(fitted.model.n_elements)
-        if effect in (None, each.effect) or each.difference is None or each.signature is None:
+        if effect is None or effect == each.effect or each.difference is None or each.signature is None:
             continue
-        assert effect is not None
         start = (*each.start, *(0.0,) * (len(effect.parameters) - len(each.start)))
         candidate = Candidate(effect, start, each.z, 1, each.gain, each.seen, each.signature)
         again = refit(fitted, candidate, before, ERRORS, least)

@@ -106,6 +106,22 @@ def test_finite_strain_adds_its_share_of_the_table(share: float) -> None:
     assert np.abs(wanted / scale).max() > 20 * 1e-3 * abs(share)
 
 
+def touched(angle_deg: np.ndarray, load: np.ndarray, tip: np.ndarray) -> Recording:
+    """Touches that every element reads as one, at a reference load of 100."""
+    none = np.zeros(len(load))
+    return Recording(
+        indenter_radius_mm=tip,
+        place=(angle_deg,),
+        load=load,
+        time_s=none,
+        held_s=none,
+        element_place=(BUILT.angle,),
+        peak=np.ones(M),
+        reference_load=100.0,
+        signal=np.ones((len(load), M)),
+    )
+
+
 def test_a_void_that_closes_under_load() -> None:
     """The share goes with a power of the load over the reference load, and not beyond a hundred times."""
     plain = effect_classes()["soft_spot"].suited(FINGER)
@@ -116,17 +132,7 @@ def test_a_void_that_closes_under_load() -> None:
         "load_power",
     ]
     load = np.array([50.0, 100.0, 200.0, 0.0])
-    one = Recording(
-        indenter_radius_mm=np.zeros(4),
-        place=(np.array([0.0, 3.0, 6.0, 6.0]),),
-        load=load,
-        time_s=np.zeros(4),
-        held_s=np.zeros(4),
-        element_place=(BUILT.angle,),
-        peak=np.ones(M),
-        reference_load=100.0,
-        signal=np.ones((4, M)),
-    )
+    one = touched(np.array([0.0, 3.0, 6.0, 6.0]), load, np.zeros(4))
     values = (0.3, 6.0, 0.0, 0.0)
     found = looser.signal(one, (*values, -2.0))[:, 0]
     bell = 0.5 ** (np.array([0.0, 0.5, 1.0, 1.0]) ** 2)
@@ -143,17 +149,7 @@ def test_a_tip_that_descends_beside_the_centre() -> None:
     assert [each.name for each in looser.parameters] == ["sine", "cosine", "edge", "edge_sine", "edge_cosine"]
     outer, turn = FINGER.radii_mm[1], np.radians([-40.0, 0.0, 25.0, 25.0])
     tip = np.array([0.0, 6.0, 6.0, np.inf])
-    one = Recording(
-        indenter_radius_mm=tip,
-        place=(np.degrees(turn),),
-        load=np.ones(4),
-        time_s=np.zeros(4),
-        held_s=np.zeros(4),
-        element_place=(BUILT.angle,),
-        peak=np.ones(M),
-        reference_load=1.0,
-        signal=np.ones((4, M)),
-    )
+    one = touched(np.degrees(turn), np.ones(4), tip)
     # Degree per radian: small, so that an arc is its sine.
     beside, around = 0.02, 0.01
     distance = outer * np.radians(beside + around * np.sin(turn))
@@ -176,17 +172,7 @@ def test_a_guide_with_friction_errs_with_two_waves_a_turn() -> None:
     names = [each.name for each in looser.parameters]
     assert names == ["sine", "cosine", "sine_2", "cosine_2"]
     turn, load = np.radians([-40.0, 0.0, 25.0]), np.array([100.0, 150.0, 200.0])
-    one = Recording(
-        indenter_radius_mm=np.zeros(3),
-        place=(np.degrees(turn),),
-        load=load,
-        time_s=np.zeros(3),
-        held_s=np.zeros(3),
-        element_place=(BUILT.angle,),
-        peak=np.ones(M),
-        reference_load=100.0,
-        signal=np.ones((3, M)),
-    )
+    one = touched(np.degrees(turn), load, np.zeros(3))
     elements = np.radians(FINGER.element_place[0])
     error = 0.1 * (np.sin(turn) - np.sin(elements).mean()) - 0.05 * (np.cos(turn) - np.cos(elements).mean())
     np.testing.assert_allclose(looser.pose(one, (0.1, -0.05, 0.0, 0.0)).load, load / (1 + error))

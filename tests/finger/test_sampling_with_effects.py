@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import bayestouch
-from bayestouch.calibration.with_effects import fit_stated
+from bayestouch.calibration.with_effects import StatedFit, fit_stated
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger import sampling_with_effects
 from bayestouch.finger.density_with_effects import EffectPosterior
@@ -18,6 +18,11 @@ from bayestouch.finger.noise import Residuals
 from bayestouch.finger.sampling import NO_RIDGES
 from bayestouch.finger.sampling_with_effects import _Start, effect_fit
 from bayestouch.sampling.rank_one import inverse_root
+
+
+def posterior_of(stated: StatedFit) -> EffectPosterior:
+    start = stated.evaluation.start
+    return EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
 
 
 def test_degrees_of_freedom_are_those_of_each_reading_as_it_is() -> None:
@@ -79,8 +84,7 @@ def test_the_map_where_the_density_falls_steeply_from_a_bound(share: float) -> N
     made = bayestouch.simulate(design, effects={"gain_nonlinearity": share}, seed=3)
     model = StatedModel("finger", "layer", (("saturation", {}),))
     stated = fit_stated(made.dataset, model, draws=8, seed=0, contact="layer")
-    start = stated.evaluation.start
-    posterior = EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
+    posterior = posterior_of(stated)
     fit = effect_fit(stated.fitted, stated.added, posterior)
     at, density = fit.posterior.layout, fit.density
     centre, covariance = np.zeros(at.size), np.eye(at.size)
@@ -123,8 +127,7 @@ def test_a_map_whose_centre_has_no_density_gives_way_to_the_first_that_has() -> 
     stated = fit_stated(
         made.dataset, StatedModel("finger", "layer", (("crosstalk", {}),)), draws=8, seed=0, contact="layer"
     )
-    start = stated.evaluation.start
-    posterior = EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
+    posterior = posterior_of(stated)
     fit = effect_fit(stated.fitted, stated.added, posterior)
     good = fit.to_vectors
     # An element deeper than the core, and one that is half a radian from where its readings are.
@@ -146,8 +149,7 @@ def test_a_bend_is_looked_for_where_readings_are_possible(monkeypatch: pytest.Mo
     stated = fit_stated(
         made.dataset, StatedModel("finger", "layer", (("gain_nonlinearity", {}),)), draws=8, seed=0, contact="layer"
     )
-    start = stated.evaluation.start
-    posterior = EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
+    posterior = posterior_of(stated)
     seen: list[np.ndarray] = []
 
     def bent(step: Any, centre: np.ndarray, *others: Any) -> None:
@@ -180,8 +182,5 @@ def test_no_bend_of_many_values(monkeypatch: pytest.MonkeyPatch) -> None:
         data = bayestouch.simulate(design, effects={"channel_lag": 0.05, "channel_lag.own_02": 0.5}, seed=1).dataset
         model = StatedModel("finger", "layer", (("channel_lag", {"own_02": 0.4}),))
         stated = fit_stated(data, model, draws=8, seed=0, contact="layer")
-        start = stated.evaluation.start
-        effect_fit(
-            stated.fitted, stated.added, EffectPosterior.of(stated.fitted, start.priors, start.fitted.model.known)
-        )
+        effect_fit(stated.fitted, stated.added, posterior_of(stated))
     assert asked == [10]
