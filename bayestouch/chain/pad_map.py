@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 
-# Number of locations interpolated at a time: 2^15 with three tables of eight elements take 6 MB, which fits the cache.
-_CHUNK = 1 << 15
+# Coefficients that are gathered at a time: 2 MB, which stays in the cache.
+_HELD = 1 << 18
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,27 +248,29 @@ def _interpolate(
     rows = 1 if loads is None else coefficients.shape[-2]
     table = coefficients.reshape(-1, coefficients.shape[-1])
     strides = rows * np.cumprod([1, *coefficients.shape[dimensions - 1 : 0 : -1]])[::-1]
-    out = [np.zeros((len(flat), table.shape[1])) for _ in derivatives]
-    for first in range(0, len(flat), _CHUNK):
-        part = slice(first, first + _CHUNK)
+    # With one extra coefficient in front, tap 0 is the coefficient before the cell. The last axis of taps is the load.
+    taps = np.array(list(product(range(4), repeat=dimensions))) @ strides
+    steps = (taps[:, None] + np.arange(of_loads.shape[1])).ravel()
+    out = [np.empty((len(flat), table.shape[1])) for _ in derivatives]
+    held = max(1, _HELD // (len(steps) * table.shape[1]))
+    for first in range(0, len(flat), held):
+        part = slice(first, first + held)
         cell = flat[part].astype(np.int64)
         weights = _weights(flat[part] - cell)
-        corner = cell @ strides + first_load[part]
-        for taps in product(range(4), repeat=dimensions):
-            # With one extra coefficient in front, tap 0 is the coefficient before the cell.
-            row = corner + int(np.dot(taps, strides))
-            values = sum(of_loads[part, i, None] * table[row + i] for i in range(of_loads.shape[1]))
-            for total, over in zip(out, derivatives, strict=True):
-                weight = np.ones(len(cell))
-                for axis, tap in enumerate(taps):
-                    weight = weight * weights[1 if axis == over else 0][tap][:, axis]
-                total[part] += weight[:, None] * values
+        values = table.take((cell @ strides + first_load[part])[:, None] + steps, axis=0)
+        for total, over in zip(out, derivatives, strict=True):
+            weight = np.ones((len(cell), 1))
+            for axis in range(dimensions):
+                own = weights[1 if axis == over else 0][:, :, axis]
+                weight = (weight[:, :, None] * own[:, None]).reshape(len(cell), -1)
+            every = (weight[:, :, None] * of_loads[part, None]).reshape(len(cell), 1, -1)
+            total[part] = (every @ values)[:, 0]
     return [total.reshape(*shape, -1) for total in out]
 
 
-def _weights(t: FloatArray) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    """Weights of the four cubic B-splines at the fraction t of a cell, and their derivatives."""
+def _weights(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weights (n, 4, D) of the four cubic B-splines at the fractions t (n, D) of a cell, and their derivatives."""
     s = 1 - t
     values = (s**3 / 6, (4 - 3 * t * t * (2 - t)) / 6, (4 - 3 * s * s * (2 - s)) / 6, t**3 / 6)
     slopes = (-s * s / 2, t * (1.5 * t - 2), s * (2 - 1.5 * s), t * t / 2)
-    return values, slopes
+    return np.stack(values, axis=1), np.stack(slopes, axis=1)

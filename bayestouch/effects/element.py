@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import ClassVar
 
@@ -97,10 +98,18 @@ class Crosstalk(Effect):
             leaks = np.zeros((m, m))
             leaks[tuple(np.array(self.neighbours).T)] = 1.0
             return leaks
-        rank = np.argsort(np.argsort(recording.element_place[0]))
-        steps = rank[:, None] - rank
-        away = np.maximum(np.abs(steps) - 1, 0)
-        return np.asarray(np.where(steps == 0, 0.0, reach**away * (1 + lean * np.sign(steps))))
+        return _fading(tuple(recording.element_place[0].tolist()), reach, lean)
+
+
+@lru_cache(maxsize=256)
+def _fading(places: tuple[float, ...], reach: float, lean: float) -> FloatArray:
+    """`Crosstalk._leaks` of elements on a line; a live reader asks for the same ones with every sample."""
+    rank = np.argsort(np.argsort(places))
+    steps = rank[:, None] - rank
+    away = np.maximum(np.abs(steps) - 1, 0)
+    out = np.where(steps == 0, 0.0, reach**away * (1 + lean * np.sign(steps)))
+    out.setflags(write=False)
+    return np.asarray(out)
 
 
 @dataclass(frozen=True)

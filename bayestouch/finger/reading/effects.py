@@ -110,9 +110,11 @@ class EffectContext:
                 reference_load=model.reference_load,
                 signal=np.asarray(signal),
             )
-            for effect, values in self._pointwise:
-                recording = replace(recording, signal=effect.signal(recording, values))
             out = recording.signal
+            for effect, values in self._pointwise:
+                if out is not recording.signal:
+                    recording = replace(recording, signal=out)
+                out = effect.signal(recording, values)
         scaled = out * self.scale[touch] + self.shift[touch]
         if self.effects_chain.correction_table is not None:
             scaled = scaled + self.effects_chain.correction_table.readings(radius_mm, angle, load)

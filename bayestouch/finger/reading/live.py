@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dtrtri
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.alternatives import search_prior
@@ -25,8 +26,8 @@ from bayestouch.results.objects import Calibration
 TEMPLATE_SHARES = np.array([0.03, 0.15, 0.35, 0.55, 0.75, 0.9, 0.98])
 TEMPLATE_STEP = np.radians(1.0)
 # Newton steps from a template: largest number, and length (sd) at which the search ends before and after the
-# covariance of the calibration is known.
-STEPS, NEAR, SETTLED = 30, 0.3, 0.2
+# covariance of the calibration is known; how many times a step that goes too far is made shorter.
+STEPS, NEAR, SETTLED, SHORTER = 30, 0.3, 0.2, 8
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
 APART, AS_WELL = np.radians(6.0), 8.0
 ELSEWHERE = "a distant location fits about as well"
@@ -126,8 +127,9 @@ class FingerLive:
         if covariance is not None:
             inner = diagonal[:, None] * covariance * diagonal
             inner[range(len(inner)), range(len(inner))] += 1.0
-            whitener = np.linalg.inv(np.linalg.cholesky(inner)) * diagonal
-            one = one.with_(whitener=whitener.T.astype(np.float32))
+            # LAPACK by itself: numpy's checks take as long as the work. Of a symmetric matrix it reads the upper half.
+            root, _ = dtrtri(dpotrf(inner, lower=0)[0], lower=0)
+            one = one.with_(whitener=(diagonal[:, None] * root).astype(np.float32))
             found = _climb(one, one.expanded(found.x, found.steps, found.rows), SETTLED)
         if stream is not None:
             stream.keep(one, found)
@@ -209,17 +211,22 @@ def _climb(one: OneTouch, here: Expansion, settled: float) -> Expansion:
     """Expansion at the mode, by a damped Newton search from an expansion; as `modes.find_modes` for one touch."""
     damping = 1e-2
     for _ in range(STEPS):
-        damped = here.hessian.copy()
-        damped[range(3), range(3)] *= 1 + damping
-        step = np.linalg.solve(damped, here.gradient)
+        step = here.newton_step(damping)
         if step @ here.gradient < settled**2:
             break
         step[0] = min(max(step[0], -2.0), 2.0)
         there = one.expansion(here.x + step)
-        if there.value > here.value:
-            here, damping = there, damping * 0.1
-        else:
-            damping = max(damping, 1e-3) * 8.0
-            if damping > 1e6:
+        for _ in range(SHORTER):
+            if there.value > here.value:
                 break
+            # The maximum of the parabola through both values with the slope here.
+            slope, rise = float(step @ here.gradient), there.value - here.value
+            step *= min(max(0.5 * slope / (slope - rise), 0.1), 0.5)
+            there = one.expansion(here.x + step)
+        gain = there.value - here.value
+        if gain <= 0:
+            break
+        here, damping = there, damping * 0.1
+        if gain < 0.5 * settled**2:
+            break
     return here

@@ -18,6 +18,9 @@ from bayestouch.results.tips import ROUND
 
 # Number of knots; their range in Laplace sd from the mode, and largest |w|, as in `profile`.
 KNOTS, REACH, FURTHEST = 21, 6.5, 9.0
+# Towards an edge (w below zero) or a flat the likelihood is constant in the end, and the density of w falls by one nat
+# per unit. Where the Laplace sd is larger than the first number, the knots reach that far at least on this side.
+LONG_TAIL, TAIL_REACH = 0.4, 6.5
 # A grid is replaced if an end has more than this share of the largest mass, or if one knot has more than this share of
 # the total mass; range of the new grid, in sd from the mean.
 LEFT_OUT, CROWDED, AGAIN = 2e-3, 0.6, 6.5
@@ -67,8 +70,10 @@ class Grid:
 
 def knots(found: Expansion) -> Grid:
     """Knots about a mode, from its Laplace approximation."""
-    spread = float(np.sqrt(np.linalg.inv(found.hessian)[0, 0]))
-    return Grid.between(float(found.x[0]) - REACH * spread, float(found.x[0]) + REACH * spread)
+    w, spread = float(found.x[0]), float(np.sqrt(found.covariance[0, 0]))
+    near = REACH * spread
+    far = max(near, TAIL_REACH) if spread > LONG_TAIL else near
+    return Grid.between(w - far, w + near) if w < 0 else Grid.between(w - near, w + far)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +166,7 @@ class Alternatives:
             log_prior = np.concatenate([log_prior, np.interp(more, one.w_grid, one.w_log_prior) + ends])
             radius = np.concatenate([radius, one.radii(more)])
             w = np.concatenate([w, more])
-        inverse = np.linalg.inv(found.hessian)
+        inverse = found.covariance
         spread = float(np.sqrt(inverse[0, 0]))
         x, lean = found.x, inverse[1:, 0] / inverse[0, 0]
         off = np.minimum(np.maximum(w - x[0], -3 * spread), 3 * spread)

@@ -181,7 +181,7 @@ class PadLive:
         felt_sd = float(np.hypot(load_sd, reader.noise.load_scatter))
         location, weights, ends = region.nodes()
         sensitivity, open_, shared = reader.map.at(location)
-        here = counts > 0
+        here = (counts > 0).astype(float)
         safe = np.maximum(counts, 1.0)
 
         def variance(loads: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -196,8 +196,9 @@ class PadLive:
 
         # The load at a location is nearly normal: readings are linear in it, and their variance changes slowly.
         _, spread = variance(np.full(len(location), max(about, 1e-3 * reader.load)))
-        by_load = np.where(here, sensitivity / spread, 0.0)
-        precision = (by_load * sensitivity).sum(axis=1) + 1 / felt_sd**2
+        # Sums over the few elements are products of matrices: numpy's sums of short rows take five times as long.
+        by_load = sensitivity * (here / spread)
+        precision = np.einsum("nm,nm->n", by_load, sensitivity) + 1 / felt_sd**2
         centre = np.maximum((by_load @ reading + load / felt_sd**2) / precision, 1e-3 * reader.load)
         sd = 1 / np.sqrt(precision)
         z, log_weight = _hermite(MEASURED if measured else UNMEASURED)
@@ -205,9 +206,9 @@ class PadLive:
         loads = centre + sd * z
         signal, spread = variance(loads)
         residual = reading - signal
-        squares = np.where(here, residual * residual / spread, 0.0).sum(axis=-1)
+        squares = (residual * residual / spread) @ here
         off = (loads - load) / felt_sd
-        log = -0.5 * (squares + np.where(here, np.log(spread), 0.0).sum(axis=-1) + off * off)
+        log = -0.5 * (squares + np.log(spread) @ here + off * off)
         log = np.where(loads > 0, log + log_weight + np.log(sd) + np.log(weights), -np.inf)
         loads = load + kept * (loads - load)
         if self._true_loads is not None:

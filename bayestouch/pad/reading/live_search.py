@@ -13,6 +13,8 @@ from bayestouch.pad.reading.reader import PadReader
 # Nodes whose log weight is more than DEPTH below the largest one are left out. There is another location if more than
 # the share ELSEWHERE of the probability is further than APART sd from the best node.
 DEPTH, ELSEWHERE, APART = 10.0, 1e-2, 8.0
+# Products are computed for loads a tenth apart (their logarithms), and so many of them are kept: 50 MB at most.
+LOAD_STEP, KEPT = 0.1, 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +37,35 @@ class Rough:
     elsewhere: float
 
 
+@dataclass(frozen=True, eq=False)
+class Products:
+    """What the search needs of the n nodes for given counts and load, before the readings are known; m elements.
+
+    Attributes
+    ----------
+    weight : (n, m) array
+        Inverse variances of the readings; 0 where missing.
+    by_load : (n, m) array
+        Weights times sensitivities.
+    by_place : (D, n, m) array
+        Weights times slopes of the sensitivities.
+    load, load_place, place : (n,), (D, n), (k, n) arrays
+        Information on the load, on load and place together, and on each of the k pairs of coordinates.
+    constant : (n,) array
+        Sum of the logarithms of the variances.
+    """
+
+    weight: FloatArray
+    by_load: FloatArray
+    by_place: FloatArray
+    load: FloatArray
+    load_place: FloatArray
+    place: FloatArray
+    constant: FloatArray
+
+
 class Search:
-    """Search over the lattice; products that depend only on counts and load are kept until these change.
+    """Search over the lattice; products that depend only on counts and load are kept for later touches.
 
     The formulas are those of `bayestouch.pad.reading.components`, for one touch.
     """
@@ -45,17 +74,19 @@ class Search:
         self.reader, self.lattice = reader, lattice
         self.sensitivity, self.slope = reader.map.slopes(lattice.location)
         _, self.open, self.shared = reader.map.at(lattice.location)
-        self._key: tuple[bytes, float] | None = None
+        axes = range(self.slope.shape[1])
+        self._first, self._second = np.array([(i, j) for i in axes for j in axes if i <= j]).T
+        self._kept: dict[tuple[bytes, int], Products] = {}
 
     def __call__(self, reading: FloatArray, counts: FloatArray, load: float, load_sd: float) -> Rough:
         """Rough posterior from readings minus offsets (m,), counts (m,), and mean and sd of the load's prior."""
-        self._prepare(counts, load)
-        pull = self._by_load @ reading - load * self._a
-        square = self._weight @ (reading * reading) - 2 * load * pull - load * load * self._a
-        precision = self._a + 1 / load_sd**2
+        of, first, second = self._products(counts, load), self._first, self._second
+        pull = of.by_load @ reading - load * of.load
+        square = of.weight @ (reading * reading) - 2 * load * pull - load * load * of.load
+        precision = of.load + 1 / load_sd**2
         best = np.maximum(load + pull / precision, 0.05 * load)
-        v = (self._by_place @ reading - (load + pull / precision) * self._c) * best
-        h = best * best * (self._own - self._c[self._pairs[0]] * self._c[self._pairs[1]] / precision)
+        v = (of.by_place @ reading - (load + pull / precision) * of.load_place) * best
+        h = best * best * (of.place - of.load_place[first] * of.load_place[second] / precision)
         tau = 1 / self.lattice.width**2
         if len(v) == 1:
             determinant = h[0] + tau
@@ -67,7 +98,7 @@ class Search:
             step = np.array([yy * v[0] - xy * v[1], xx * v[1] - xy * v[0]]) / determinant
             spread = np.array([yy, -xy, xx]) / determinant
         gain = (step * v).sum(axis=0)
-        log = -0.5 * (square - pull * pull / precision - gain + self._constant + np.log(precision * determinant))
+        log = -0.5 * (square - pull * pull / precision - gain + of.constant + np.log(precision * determinant))
         k = int(log.argmax())
         near = np.flatnonzero(log > log[k] - DEPTH)
         weight = np.exp(log[near] - log[k])
@@ -78,7 +109,6 @@ class Search:
         mean = places @ weight
         off = places - mean[:, None]
         covariance = (off * weight) @ off.T
-        first, second = self._pairs
         within = spread[:, near] @ weight
         covariance[first, second] += within
         if len(v) == 2:
@@ -88,23 +118,30 @@ class Search:
         limit = APART * (np.sqrt(spread[[0, -1]].max(axis=0)[near][top]) + 0.3 * self.lattice.step)
         return Rough(mean, covariance, float(best[k]), float(weight[distance > limit].sum()))
 
-    def _prepare(self, counts: FloatArray, load: float) -> None:
-        key = (counts.tobytes(), round(float(np.log(load)), 1))
-        if key == self._key:
-            return
-        self._key = key
-        reader = self.reader
-        signal = load * self.sensitivity
-        noise = reader.noise.mean_sd(np.maximum(counts, 1.0), signal) ** 2
+    def _products(self, counts: FloatArray, load: float) -> Products:
+        """Products for these counts, at a load that differs from `load` by 5 % at most."""
+        step = round(float(np.log(load)) / LOAD_STEP)
+        key = counts.tobytes(), step
+        if key not in self._kept:
+            if len(self._kept) == KEPT:
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = self._of(counts, float(np.exp(LOAD_STEP * step)))
+        return self._kept[key]
+
+    def _of(self, counts: FloatArray, load: float) -> Products:
+        reader, first, second = self.reader, self._first, self._second
+        noise = reader.noise.mean_sd(np.maximum(counts, 1.0), load * self.sensitivity) ** 2
         variance = noise + reader.map.reading_variance(self.open, self.shared, np.array(load))
-        weight = np.where(counts > 0, 1 / variance, 0.0)
-        by_load = weight * self.sensitivity
-        axes = range(self.slope.shape[1])
-        pairs = [(i, j) for i in axes for j in axes if i <= j]
-        self._pairs = tuple(np.array(each) for each in zip(*pairs, strict=True))
-        self._a = (by_load * self.sensitivity).sum(axis=1)
-        self._c = np.stack([(by_load * self.slope[:, i]).sum(axis=1) for i in axes])
-        self._own = np.stack([(weight * self.slope[:, i] * self.slope[:, j]).sum(axis=1) for i, j in pairs])
-        self._by_place = np.ascontiguousarray(np.moveaxis(weight[:, None] * self.slope, 1, 0))
-        self._constant = np.where(counts > 0, np.log(variance), 0.0).sum(axis=1)
-        self._weight, self._by_load = weight, by_load
+        here = (counts > 0).astype(float)
+        weight = here / variance
+        by_place = np.moveaxis(weight[:, None] * self.slope, 1, 0)
+        pairs = zip(first, second, strict=True)
+        return Products(
+            weight,
+            weight * self.sensitivity,
+            np.ascontiguousarray(by_place),
+            np.einsum("nm,nm,nm->n", weight, self.sensitivity, self.sensitivity),
+            np.einsum("inm,nm->in", by_place, self.sensitivity),
+            np.stack([np.einsum("nm,nm->n", by_place[i], self.slope[:, j]) for i, j in pairs]),
+            np.log(variance) @ here,
+        )
