@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -66,9 +66,8 @@ class SoftSpot(Effect):
             )
         )
 
-    def looser(self, n_elements: int) -> Effect | None:
-        power = EffectParameter("load_power", "", "power of the load", Normal(0.0, 1.0), (0.0,))
-        return replace(self, parameters=(*self.parameters[: 3 + self.coordinates], power))
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return (EffectParameter("load_power", "", "power of the load", Normal(0.0, 1.0), (0.0,)),)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, width, tails, *centre = values

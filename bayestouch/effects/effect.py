@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
 
@@ -214,13 +214,23 @@ class Effect:
         """All combinations of the probes of the parameters."""
         return tuple(product(*(each.probes for each in self.parameters)))
 
-    def looser(self, n_elements: int) -> Effect | None:
-        """The effect with further parameters, after the others; None if it has no such form.
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        """Parameters that the `looser` form has after the others; empty if there is no such form.
 
-        At zero of these parameters it is the effect as it is. Often they are one for each element, which then need not
-        have the effect in equal measure.
+        At zero of these parameters the looser form is the effect as it is. Often they are one for each element, which
+        then need not have the effect in equal measure.
         """
-        return None
+        return ()
+
+    def looser(self, n_elements: int) -> Effect | None:
+        """The effect with its `further_parameters`; None if it has none. The looser form of this form is itself."""
+        further = self.further_parameters(n_elements)
+        if not further:
+            return None
+        names = {each.name for each in further}
+        own = tuple(each for each in self.parameters if each.name not in names)
+        form: Effect = replace(cast(Any, self), parameters=(*own, *further))
+        return form
 
     def in_form_with(self, names: Iterable[str], n_elements: int) -> Effect:
         """The effect, in its looser form if only this has a parameter of one of the names."""

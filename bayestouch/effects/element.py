@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from typing import ClassVar
@@ -82,10 +82,8 @@ class Crosstalk(Effect):
         lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
         return cls((share, reach, lean), pairs)
 
-    def looser(self, n_elements: int) -> Effect | None:
-        if len(self.parameters) == 1:
-            return None
-        return replace(self, parameters=(*self.parameters[:3], *own_parameters(n_elements, EXCESS, SPREAD)))
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return own_parameters(n_elements, EXCESS, SPREAD) if len(self.parameters) > 1 else ()
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         leaks = values[0] * self._leaks(recording, *values[1:3]) * of_elements(values[3:])[:, None]
@@ -137,8 +135,8 @@ class ChannelLag(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.n_elements > 2 else None
 
-    def looser(self, n_elements: int) -> Effect | None:
-        return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD)))
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return own_parameters(n_elements, EXCESS, SPREAD)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, carry, *own = values
@@ -184,8 +182,8 @@ class Proximity(Effect):
             )
         )
 
-    def looser(self, n_elements: int) -> Effect | None:
-        return replace(self, parameters=(*self.parameters[:4], *own_parameters(n_elements, EXCESS, SPREAD)))
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return own_parameters(n_elements, EXCESS, SPREAD)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, width, power, tails, *own = values

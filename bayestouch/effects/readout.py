@@ -45,10 +45,10 @@ class GainNonlinearity(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def looser(self, n_elements: int) -> Effect | None:
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
         what = "change of gain at the peak with half the power"
         second = EffectParameter("second", "", what, Normal(0.0, 0.3), (0.0,))
-        return replace(self, parameters=(*self.parameters[:2], *own_parameters(n_elements, EXCESS, SPREAD), second))
+        return (*own_parameters(n_elements, EXCESS, SPREAD), second)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, power, *more = values
@@ -95,11 +95,11 @@ class Saturation(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls(span_s=setting.span_s)
 
-    def looser(self, n_elements: int) -> Effect | None:
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
         own = own_parameters(n_elements, "logarithm of the relative limit", SPREAD)
         what = "share by which the limit falls over the recording"
         fall = EffectParameter("fall", "", what, Normal(0.0, 0.3, high=0.9), (0.0,))
-        return replace(self, parameters=(*self.parameters[:3], *own, *((fall,) if self.span_s > 0 else ())))
+        return (*own, fall) if self.span_s > 0 else own
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         level, knee, shared, *own = values
@@ -143,8 +143,8 @@ class Creep(Effect):
             )
         )
 
-    def looser(self, n_elements: int) -> Effect | None:
-        return replace(self, parameters=(*self.parameters[:2], *_of_strain(n_elements)))
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return _of_strain(n_elements)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, time, *looser = values
@@ -193,8 +193,8 @@ class Memory(Effect):
             pause,
         )
 
-    def looser(self, n_elements: int) -> Effect | None:
-        return replace(self, parameters=(*self.parameters[:3], *_of_strain(n_elements)))
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return _of_strain(n_elements)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, time, breadth, *looser = values

@@ -66,15 +66,14 @@ class ProberEccentricity(Effect):
         )
         return cls(parameters, centre_of_elements(setting), setting.radii_mm[1])
 
-    def looser(self, n_elements: int) -> Effect | None:
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
         if not self.outer_mm > 0:
-            return None
-        plain = self.parameters[:2]
-        of_edge = tuple(
-            replace(plain[0], name=name, description=f"angle error of an edge{what}")
+            return ()
+        sine = self.parameters[0]
+        return tuple(
+            replace(sine, name=name, description=f"angle error of an edge{what}")
             for name, what in (("edge", ""), ("edge_sine", " per sin θ"), ("edge_cosine", " per cos θ"))
         )
-        return replace(self, parameters=(*plain, *of_edge))
 
     def pose(self, recording: Recording, values: Values) -> Recording:
         error = once_around(recording.place[0], values[:2], self.centre)
@@ -150,14 +149,13 @@ class LoadMisalignment(Effect):
             return cls(parameters, False, middle, half)
         return cls(parameters, True, centre_of_elements(setting), half, centre_of_elements(setting, 2))
 
-    def looser(self, n_elements: int) -> Effect | None:
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
         if not self.around:
-            return None
-        twice = (
+            return ()
+        return tuple(
             replace(each, name=f"{each.name}_2", description=f"load error ({each.name} of twice the angle) as a share")
             for each in self.parameters[:2]
         )
-        return replace(self, parameters=(*self.parameters[:2], *twice))
 
     def pose(self, recording: Recording, values: Values) -> Recording:
         if self.around:

@@ -113,6 +113,7 @@ def test_elements_are_equal_at_zero(name: str) -> None:
     assert all(each.probes == (0.0,) and each.null is None for each in looser.parameters[len(values) :])
     # Either form is found again by the names of its parameters.
     assert effect.in_form_with([each.name for each in looser.parameters], FINGER.n_elements) == looser
+    assert looser.looser(FINGER.n_elements) == looser
     assert effect.in_form_with([each.name for each in effect.parameters], FINGER.n_elements) == effect
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -111,12 +112,13 @@ def fitted(residual: list[float]) -> Any:
     return SimpleNamespace(linear=linear, whitening=whitening, model=Model(), vector=np.zeros(0), names=("known",))
 
 
+@dataclass(frozen=True)
 class Power(Effect):
-    name, stage, summary = "power", "rig", ""
-    parameters = (
+    parameters: tuple[EffectParameter, ...] = (
         parameter("size", Uniform(-10.0, 10.0), (0.5,), 0.0),
         parameter("power", LogNormal(1.0, 1.0), (1.0, 2.0)),
     )
+    name, stage, summary = "power", "rig", ""
 
 
 class Known(Power):
@@ -139,21 +141,18 @@ def test_score_of_an_effect(sign: float) -> None:
 @pytest.mark.parametrize(("prior", "wanted"), [(Uniform(-2.0, 2.0), 2.0), (Normal(0.0, 0.5), 3 * 0.5)])
 def test_start_stays_within_the_prior(prior: Any, wanted: float) -> None:
     """Within its support, and within three times its half width of 68 %."""
-
-    class Narrow(Power):
-        parameters = (parameter("size", prior, (0.5,), 0.0), Power.parameters[1])
-
+    narrow = Power((parameter("size", prior, (0.5,), 0.0), Power.parameters[1]))
     for sign in (1, -1):
-        (found,) = score_effects(fitted([3.0 * sign, 12.0 * sign, 27.0 * sign]), (Narrow(),))
+        (found,) = score_effects(fitted([3.0 * sign, 12.0 * sign, 27.0 * sign]), (narrow,))
         assert found.start[0] == pytest.approx(sign * wanted, rel=2e-3)
 
 
 def test_gains_are_in_order() -> None:
     class First(Power):
         name = "first"
-        parameters = (Power.parameters[0], parameter("power", LogNormal(1.0, 1.0), (1.0,)))
 
-    found = score_effects(fitted([3.0, 12.0, 27.0]), (First(), Power()))
+    first = First((Power.parameters[0], parameter("power", LogNormal(1.0, 1.0), (1.0,))))
+    found = score_effects(fitted([3.0, 12.0, 27.0]), (first, Power()))
     assert [each.effect.name for each in found] == ["power", "first"]
     # Signature 0.5 · (1, 2, 3), squares 3.5, slope 54.
     assert found[1].gain == pytest.approx(0.5 * 54**2 / 3.5 - 0.5 * np.log(3), rel=1e-6)
@@ -164,11 +163,8 @@ class WithConstant(Power):
 
     amplitude = True
 
-    def looser(self, n_elements: int) -> Effect:
-        looser = WithConstant()
-        null = 0.0 if self.amplitude else None
-        looser.parameters = (*Power.parameters, parameter("constant", Uniform(-10.0, 10.0), (0.5,), null))
-        return looser
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return (parameter("constant", Uniform(-10.0, 10.0), (0.5,), 0.0 if self.amplitude else None),)
 
 
 class WithShape(WithConstant):
