@@ -72,6 +72,7 @@ from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
+from _blind_pairs import PAIRS, SECOND_PAIRS, THIRD_PAIRS  # noqa: E402
 from _blind_run import COUNTING, FrozenError, diagnosed, frozen_commit, named, require_own_package  # noqa: E402
 from _blind_tables import NOT_RUN, tables  # noqa: E402
 from _error_rate_versions import code_version, version_of  # noqa: E402
@@ -89,92 +90,6 @@ CONDITIONS = (("soft", "scan"), ("stiff", "random"), ("soft", "random"), ("stiff
 SIZES, UNLISTED_SIZES, PAIR_SIZE = (1.0, 2.0, 5.0), (2.0, 5.0), 2.0
 #: First seed of the fingers that try the runner.
 DEVELOPMENT = 86_000
-PAIRS = (
-    ("prober_eccentricity", "crosstalk"),
-    ("prober_eccentricity", "gain_drift"),
-    ("prober_eccentricity", "memory"),
-    ("load_offset", "soft_spot"),
-    ("load_offset", "channel_lag"),
-    ("load_misalignment", "gain_nonlinearity"),
-    ("load_misalignment", "outliers"),
-    ("blunt_edge", "baseline_drift"),
-    ("blunt_edge", "proximity"),
-    ("tangential_load", "crosstalk"),
-    ("tangential_load", "creep"),
-    ("tangential_load", "saturation"),
-    ("tangential_load", "surface_profile"),
-    ("surface_profile", "gain_drift"),
-    ("soft_spot", "memory"),
-    ("soft_spot", "baseline_drift"),
-    ("soft_spot", "common_mode_noise"),
-    ("finite_strain", "creep"),
-    ("finite_strain", "proximity"),
-    ("aperture", "baseline_drift"),
-    ("aperture", "signal_dependent_noise"),
-    ("crosstalk", "saturation"),
-    ("channel_lag", "proximity"),
-    ("channel_lag", "gain_drift"),
-    ("proximity", "gain_nonlinearity"),
-    ("gain_nonlinearity", "common_mode_noise"),
-    ("gain_nonlinearity", "baseline_drift"),
-    ("saturation", "creep"),
-    ("gain_drift", "outliers"),
-    ("memory", "signal_dependent_noise"),
-)
-#: Drawn with the seed 91000 from the 180 pairs of effects that are not in `PAIRS`.
-SECOND_PAIRS = (
-    ("prober_eccentricity", "surface_profile"),
-    ("prober_eccentricity", "gain_nonlinearity"),
-    ("prober_eccentricity", "baseline_drift"),
-    ("load_offset", "load_misalignment"),
-    ("load_offset", "surface_profile"),
-    ("load_offset", "creep"),
-    ("load_offset", "memory"),
-    ("load_offset", "common_mode_noise"),
-    ("load_offset", "outliers"),
-    ("load_misalignment", "surface_profile"),
-    ("load_misalignment", "memory"),
-    ("blunt_edge", "gain_nonlinearity"),
-    ("blunt_edge", "saturation"),
-    ("tangential_load", "proximity"),
-    ("tangential_load", "baseline_drift"),
-    ("tangential_load", "common_mode_noise"),
-    ("surface_profile", "proximity"),
-    ("soft_spot", "proximity"),
-    ("soft_spot", "creep"),
-    ("crosstalk", "signal_dependent_noise"),
-    ("saturation", "signal_dependent_noise"),
-    ("saturation", "outliers"),
-    ("gain_drift", "creep"),
-    ("gain_drift", "memory"),
-)
-#: Drawn with the seed 94000 from the 156 pairs of effects that are in neither.
-THIRD_PAIRS = (
-    ("prober_eccentricity", "load_offset"),
-    ("load_misalignment", "blunt_edge"),
-    ("load_misalignment", "crosstalk"),
-    ("load_misalignment", "channel_lag"),
-    ("load_misalignment", "creep"),
-    ("blunt_edge", "crosstalk"),
-    ("blunt_edge", "gain_drift"),
-    ("blunt_edge", "outliers"),
-    ("tangential_load", "outliers"),
-    ("surface_profile", "baseline_drift"),
-    ("surface_profile", "signal_dependent_noise"),
-    ("finite_strain", "soft_spot"),
-    ("finite_strain", "gain_nonlinearity"),
-    ("finite_strain", "saturation"),
-    ("finite_strain", "outliers"),
-    ("soft_spot", "channel_lag"),
-    ("aperture", "crosstalk"),
-    ("aperture", "channel_lag"),
-    ("aperture", "creep"),
-    ("aperture", "outliers"),
-    ("channel_lag", "common_mode_noise"),
-    ("proximity", "gain_drift"),
-    ("proximity", "common_mode_noise"),
-    ("gain_nonlinearity", "memory"),
-)
 #: Whole fingers: effects by key with their size; of each there are two, under conditions that follow each other.
 WHOLE = (
     (),

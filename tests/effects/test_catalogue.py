@@ -135,7 +135,7 @@ def test_every_effect_says_what_it_is() -> None:
 
 def test_the_page_of_the_catalogue_is_up_to_date() -> None:
     """If this fails, run studies/effects_gallery.py."""
-    assert (DOCS / "effects.md").read_text("utf-8") == study("effects_gallery").page()
+    assert (DOCS / "effects.md").read_text("utf-8") == study("_effects_page").page()
     for name in effect_classes():
         assert (DOCS / "effects" / f"{name}.png").is_file()
 
