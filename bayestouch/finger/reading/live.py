@@ -176,7 +176,7 @@ class FingerLive:
         cross = self.templates @ (weight * readings).astype(np.float32)
         power = self._squares @ weight.astype(np.float32)
         best = np.full(len(cross), load / typical) if load == load else cross / np.maximum(power, 1e-30)
-        best = np.clip(best, max(low / typical, 1e-3), high / typical - 1e-6)
+        best = np.minimum(np.maximum(best, max(low / typical, 1e-3)), high / typical - 1e-6)
         misfit = best * (power * best - 2 * cross)
         k = int(misfit.argmin())
         w, angle = self.places[k]
