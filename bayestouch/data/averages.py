@@ -72,6 +72,13 @@ class TouchMeans(Summarised):
         """Number of elements."""
         return int(self.readings.shape[1])
 
+    @property
+    def reads_of_load(self) -> FloatArray:
+        """Number of raw reads of each mean load, (t,), at least 1; that of the readings where it is not known."""
+        of_readings = self.counts.max(axis=1).astype(float)
+        known = of_readings if self.load_reads is None else self.load_reads
+        return np.asarray(np.maximum(np.where(known > 0, known, of_readings), 1.0))
+
     @cached_property
     def location(self) -> FloatArray:
         """Location of each touch on a pad in mm, shape (t, D): x, and y in two dimensions; NaN unknown."""

@@ -64,11 +64,11 @@ def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[s
     if structure_left(numbers["verdict"]) and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     out += _place_lines(numbers)
-    if numbers["correction"] is not None:
+    if numbers.get("calibration_after", {"correction": numbers["correction"] is not None})["correction"]:
         out.append("Errors after are with a correction by element and location, which is no cause.")
     if numbers["measure"] is not None:
         out.append(numbers["measure"]["advice"])
-    return out + _before_and_after(numbers)
+    return out + before_and_after(numbers)
 
 
 def probable_causes(numbers: Mapping[str, Any], most: int) -> list[dict[str, Any]]:
@@ -264,7 +264,8 @@ def _pairs(before: Mapping[str, Any], after: Mapping[str, Any], keys: list[str] 
     return out
 
 
-def _before_and_after(numbers: Mapping[str, Any]) -> list[str]:
+def before_and_after(numbers: Mapping[str, Any]) -> list[str]:
+    """Errors before and after; then, where they differ, those against references as the data set states them."""
     before, after, stated = numbers["before"], numbers["after"], numbers.get("after_against_stated")
     shown = _pairs(before, after)
     if not shown:

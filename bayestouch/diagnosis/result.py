@@ -10,7 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bayestouch.diagnosis.numbers import diagnosis_numbers
-from bayestouch.diagnosis.outcome import probable_causes, sentences
+from bayestouch.diagnosis.outcome import (
+    before_and_after,
+    probable_causes,
+    sentences,
+    verdict_sentence,
+    worse_lines,
+)
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.errors import few
 from bayestouch.output.summary import Summarised
@@ -147,13 +153,13 @@ class Diagnosis(Summarised):
 
     def summary_lines(self) -> list[str]:
         """Lines that ``repr`` shows."""
-        verdict, *_, errors = sentences(self.numbers)
         found = few(list(self.effects), 8) if self.effects else "none"
         causes = ", ".join(f"{each['name']} {each['text']}" for each in probable_causes(self.numbers, 3))
         return [
             f"Diagnosis of {self.calibration_before.sensor.in_short}",
-            verdict,
+            *worse_lines(self.numbers),
+            verdict_sentence(self.numbers),
             f"effects found: {found}",
             f"probabilities of causes: {causes}",
-            errors,
+            *before_and_after(self.numbers),
         ]

@@ -39,7 +39,7 @@ class Tried:
     share : float
         Share that it explains of what can be explained.
     fitted : Fitted or None
-        Model with the effect, if it was refitted; kept for the added effect and those indistinguishable from it.
+        Model with the effect, if it was refitted; kept where the advice on further measurements may need it.
     difference : (t,) array or None
         Gain of each touch.
     held_out : mapping of str to (t,) array, or None

@@ -78,11 +78,12 @@ def search(
     # If time is place, a drift could follow everything, so it is not tried as another first effect.
     if rounds[0].added is not None and not fitted.model.time_is_place and not _within_noise(found):
         done = len(rounds)
-        for number, begun in enumerate((*with_undecided_drift(found[-1]), *_other_firsts(rounds[0])), start=2):
-            kept = found[:-1] if begun.before is found[-1].before else ()
-            again = (*kept, *_greedy(begun, effects, progress, scheduler, done, f"start {number}"))
+        undecided = map(_with_rivals, with_undecided_drift(found[-1]))
+        starts = [*((found[:-1], each) for each in undecided), *(((), each) for each in _other_firsts(rounds[0]))]
+        for number, (kept, begun) in enumerate(starts, start=2):
+            again = (*kept, *_greedy(begun, effects, progress, scheduler, done, f"start {number}", len(kept)))
             done += len(again)
-            drift = begun.added is None or not kept or still_drift(begun.added.effect, again[-1].before)
+            drift = begun.added is None or still_drift(begun.added.effect, again[-1].before)
             if drift and _count_retained(again) == len(again) - 1 and _within_noise(again):
                 return (replace(again[0], real=()), *again[1:])
     return (replace(found[0], real=()), *found[1:])
@@ -91,10 +92,14 @@ def search(
 def _other_firsts(first: SearchRound) -> list[SearchRound]:
     """The first round with other real effects added."""
     others = [each for each in first.real if first.added and each.effect.name != first.added.effect.name][:OTHER_STARTS]
-    return [
-        replace(first, added=replace(other, indistinguishable=indistinguishable_from(other, first.real)), dropped=())
-        for other in others
-    ]
+    return [_with_rivals(replace(first, added=other, dropped=())) for other in others]
+
+
+def _with_rivals(begun: SearchRound) -> SearchRound:
+    """A round with the candidates that cannot be told apart from the effect that it adds."""
+    assert begun.added is not None
+    rivals = indistinguishable_from(begun.added, begun.tried)
+    return replace(begun, added=replace(begun.added, indistinguishable=rivals))
 
 
 def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
@@ -122,7 +127,8 @@ def _retained(
     if not by_themselves:
         return (*rounds[:kept], replace(removed, added=None, dropped=()))
     left = tuple(each for each in effects if each.name in by_themselves)
-    again = _greedy(one_round(removed.before, left, _part(None, 0), scheduler), left, None, scheduler)
+    first = one_round(removed.before, left, _part(None, 0), scheduler)
+    again = _greedy(first, left, None, scheduler, earlier=kept)
     others = tuple(each for each in removed.tried if each.effect.name not in by_themselves)
     return (*rounds[:kept], replace(again[0], real=(), tried=(*again[0].tried, *others)), *again[1:])
 
@@ -134,15 +140,20 @@ def _greedy(
     scheduler: str | None,
     done: int = 0,
     start: str = "",
+    earlier: int = 0,
 ) -> tuple[SearchRound, ...]:
-    """All rounds: the first, and further ones until one adds nothing. `done` rounds belong to other starts."""
-    rounds, current = [], first
+    """All rounds: the first, and further ones until one adds nothing.
+
+    `done` rounds belong to other starts; `earlier` rounds of this one have added an effect before the first.
+    """
+    rounds: list[SearchRound] = []
+    current = first if earlier < MOST_EFFECTS else replace(first, added=None)
     while current.added is not None and current.added.fitted is not None:
         fitted, dropped = _needed(_settled(current.added.fitted), current)
         effects = tuple(each for each in effects if each.name not in dropped)
         rounds.append(replace(current, dropped=dropped))
         current = replace(one_round(fitted, effects, _part(progress, len(rounds), done, start), scheduler), real=())
-        if len(rounds) == MOST_EFFECTS:
+        if earlier + len(rounds) == MOST_EFFECTS:
             current = replace(current, added=None)
     return (*rounds, current)
 
@@ -245,7 +256,7 @@ def one_round(
             found = settled_noise(fitted, added.noise)
             added = replace(added, found_noise=found, fitted=with_noise(fitted, found))
         # Fits need much memory: keep only those that the advice on further measurements compares.
-        kept = {added.effect.name, *added.indistinguishable}
+        kept = {added.effect.name, *added.indistinguishable, *(one.drift for one in faced if one.undecided)}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
     gains = possible, correction, correction_gain, correction_se

@@ -66,8 +66,8 @@ class Saturation(Effect):
 
     `level` is the limit over the peak reading: over each element's own peak for `shared` = 0 (a limit in the element),
     over the mean peak of all elements for `shared` = 1 (a limit of the amplifier). The larger `knee`, the sharper the
-    limit. In the looser form the limit of element e is exp(`own_e`) times this, and decreases by the share `fall` over
-    the recording. A curve that bends over its whole range is `gain_nonlinearity`.
+    limit. In the looser form the limit of element e is exp(`own_e`) times this. On a finger it also decreases by the
+    share `fall` over the recording, and stays there. A curve that bends over its whole range is `gain_nonlinearity`.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on the output swing of amplifiers.
     """
@@ -93,7 +93,7 @@ class Saturation(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls(span_s=setting.span_s)
+        return cls(span_s=setting.span_s if setting.finger else 0.0)
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
         own = own_parameters(n_elements, "logarithm of the relative limit", SPREAD)
@@ -108,9 +108,12 @@ class Saturation(Effect):
             return recording.signal
         limit = level * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
         if own:
-            limit = limit * np.exp(own) * (1 - fall * recording.time_s / max(self.span_s, 1e-9))[:, None]
-        over = np.minimum(np.abs(recording.signal) / limit, FAR)
-        return np.asarray(recording.signal / (1 + over**knee) ** (1 / knee))
+            passed = np.clip(recording.time_s / max(self.span_s, 1e-9), 0.0, 1.0)
+            limit = limit * np.exp(own) * (1 - fall * passed)[:, None]
+        # Beyond the limit the formula is that with |y| and limit exchanged: no power of a large number.
+        size = np.abs(recording.signal)
+        less, more = np.minimum(size, limit), np.maximum(size, limit)
+        return np.asarray(np.sign(recording.signal) * less / (1 + (less / more) ** knee) ** (1 / knee))
 
 
 @dataclass(frozen=True)

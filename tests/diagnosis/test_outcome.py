@@ -65,6 +65,11 @@ def test_all_of_it() -> None:
     ]
 
 
+def test_a_correction_that_was_refused_is_not_said_to_be_used() -> None:
+    told = sentences(numbers("partly explained", correction={}, calibration_after={"correction": False}))
+    assert not [each for each in told if each.startswith("Errors after are with a correction")]
+
+
 def test_one_set_of_errors_where_nothing_was_changed() -> None:
     told = sentences(numbers("adequate", before=AFTER))
     assert told == [

@@ -89,10 +89,12 @@ def test_the_rest_is_searched_again_without_what_fell(monkeypatch: pytest.Monkey
     monkeypatch.setattr(search, "one_round", lambda fitted, effects, *rest: (fitted, effects))
     anew = (one_round(alone, tried=(alone,), real=(alone,)), one_round(None, best_share=7.0))
     seen: list[Any] = []
-    monkeypatch.setattr(search, "_greedy", lambda first, effects, *rest: seen.append((first, effects)) or anew)
+    monkeypatch.setattr(
+        search, "_greedy", lambda first, effects, *rest, earlier: seen.append((first, effects, earlier)) or anew
+    )
     effects: Any = (effect("alone"), effect("kept"), effect("fallen"))
     found = search._retained(rounds, effects, None)
-    assert seen == [((fallen.before, effects[:1]), effects[:1])]
+    assert seen == [((fallen.before, effects[:1]), effects[:1], 1)]
     assert len(found) == 3 and found[0] is kept and found[2] is anew[1]
     assert found[1].added is alone and found[1].real == ()
     assert [each.effect.name for each in found[1].tried] == ["alone", "x"]
@@ -310,6 +312,11 @@ def test_no_more_than_four_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [each.added is not None for each in rounds] == [True] * 4 + [False]
     assert offered == [["kept"]] * 4 and all(each.dropped == ("gone",) for each in rounds[:4])
     assert all(each.real == () for each in rounds[1:])
+    # Effects of earlier rounds count, too.
+    rounds = search._greedy(one_round(tried("first")), (), None, None, earlier=3)
+    assert [each.added is not None for each in rounds] == [True, False]
+    rounds = search._greedy(one_round(tried("first")), (), None, None, earlier=4)
+    assert [each.added is not None for each in rounds] == [False]
 
 
 @pytest.mark.parametrize(("change", "taken"), [(0.4, "own peaks"), (-0.1, "own peaks"), (-2.0, "as it was")])
@@ -336,7 +343,7 @@ def begun(monkeypatch: pytest.MonkeyPatch, ends: dict[str, float]) -> list[str]:
         assert start.added is not None
         name = start.added.effect.name
         taken.append(name)
-        return start, one_round(None, before=SimpleNamespace(excess=ends[name], n_readings=100))
+        return start, one_round(None, before=SimpleNamespace(excess=ends[name], n_readings=100, drifts=()))
 
     monkeypatch.setattr(search, "one_round", lambda *rest: first)
     monkeypatch.setattr(search, "_greedy", greedy)
@@ -521,6 +528,21 @@ def test_trials_are_all_signatures_and_effects_of_the_noise(
     found, said = scored_round(monkeypatch, [candidate("a", z=z), candidate("b", z=0.0)], {}, [hum])
     assert said["leading"] == (["a"] if leads else [])
     assert [each.scored_gain for each in found.tried if each.noise is hum] == [7.0]
+
+
+def test_a_drift_that_is_undecided_keeps_its_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The advice on what to measure, and another beginning of the search, need it after another effect was added."""
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
+    drift = priced("a", 9.0, gain=60.0, of_means=60.0, effect=DRIFT, held_out={}, difference=shape - 9)
+    best = priced("a", 2.0, gain=95.0, of_means=80.0, difference=shape + 9)
+    far = priced("b", 9.0, gain=60.0, of_means=60.0, difference=shape - 9)
+    found = PlaceOrTime("baseline_drift", {"times": (1.0, 1.0)})
+    monkeypatch.setattr(search, "place_or_time", lambda fitted, drifts, in_place: (found,))
+    scored = [candidate("a"), candidate("b"), candidate("baseline_drift", effect=DRIFT)]
+    made, _ = scored_round(monkeypatch, scored, {"a": best, "b": far, "baseline_drift": drift}, [])
+    assert made.added is not None and made.added.effect.name == "a"
+    kept = {each.effect.name for each in made.tried if each.fitted is not None}
+    assert kept == {"a", "baseline_drift"}
 
 
 @pytest.mark.parametrize(("z", "added"), [(2.1, "baseline_drift"), (1.9, None), (-2.1, None)])

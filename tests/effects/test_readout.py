@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,10 @@ def test_limits_that_are_unequal_and_fall() -> None:
     assert looser is not None and [each.name for each in looser.parameters[3:]] == ["own_01", "own_02", "fall"]
     found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.5, 400.0, 0.0, np.log(0.8), np.log(2.0), 0.4))[0]
     np.testing.assert_allclose(found, [0.5 * 3.0 * 0.8 * 0.9, 3.0], rtol=1e-3)
+    # Far beyond the limit, and after the recording, where all has fallen.
+    after = replace(recording([200.0, -300.0], [100.0, 200.0]), time_s=np.full(1, np.inf))
+    found = looser.signal(after, (0.5, 8.0, 0.0, np.log(0.8), np.log(2.0), 0.4))[0]
+    np.testing.assert_allclose(found, [0.5 * 3.0 * 0.8 * 0.6, -0.5 * 4.0 * 2 * 0.6], rtol=1e-9)
     # Without times nothing can fall.
     timeless = Saturation().looser(2)
     assert timeless is not None and [each.name for each in timeless.parameters[3:]] == ["own_01", "own_02"]

@@ -127,6 +127,28 @@ def test_a_missing_element_is_left_out() -> None:
     np.testing.assert_array_less(np.abs(found.sd / sd[0] - 1), SD)
 
 
+@pytest.mark.parametrize("load", [0.0, -0.02])
+def test_a_load_below_zero_is_no_error(load: float) -> None:
+    """The force sensor has an offset, and the touch has only begun."""
+    _, calibration = sensor("line")
+    reader = Reader(calibration)
+    found = reader.read(reader.rest_reading, load)
+    assert np.isfinite(found.mean).all() and (found.sd > 0).all()
+
+
+def test_a_load_that_was_read_once_has_the_error_of_one_read() -> None:
+    """Twenty samples of a touch, of which one has a load: as the mean of the readings with one read of the load."""
+    data, calibration = sensor("finger")
+    table = data.touches.select(np.flatnonzero(data.touches.in_contact)[:20])
+    reader = Reader(calibration)
+    for row in range(20):
+        held = reader.update(table.readings[row], float(table.load[row]) if row == 0 else None)
+    loads = np.where(np.arange(20) == 0, table.load, np.nan)
+    mean, sd = drawn(table.with_(load=loads), calibration)
+    np.testing.assert_array_less(np.abs(held.mean - mean[0]) / sd[0], MEAN)
+    np.testing.assert_array_less(np.abs(held.sd / sd[0] - 1), SD)
+
+
 @pytest.mark.parametrize("kind", ["finger", "line"])
 def test_a_misfit_is_flagged(kind: str) -> None:
     data, calibration = sensor(kind)

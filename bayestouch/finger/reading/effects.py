@@ -103,7 +103,7 @@ class EffectContext:
                 indenter_radius_mm=np.full(len(load), np.nan),
                 place=(np.degrees(angle),),
                 load=load,
-                time_s=np.zeros(len(load)),
+                time_s=np.full(len(load), np.inf),  # after the calibration
                 held_s=np.zeros(len(load)),
                 element_place=(np.asarray(model.finger.element_angles_deg),),
                 peak=model.peak,

@@ -62,15 +62,12 @@ class FingerLive:
         reader = FingerTouchReader.from_calibration(calibration, options)
         sampler = reader.sampler
         low, high = sampler.priors.location.support
-        angles = np.arange(low, high + TEMPLATE_STEP, TEMPLATE_STEP)
+        # As in `modes`, inside the prior: beyond it the density has no slope to follow.
+        angles = np.clip(np.arange(low, high + TEMPLATE_STEP, TEMPLATE_STEP), low + 1e-6, high - 1e-6)
         w, angle = (each.ravel() for each in np.meshgrid(np.log(TEMPLATE_SHARES / (1 - TEMPLATE_SHARES)), angles))
         table = None
-        if options.plug_in:
-            table = None
-        elif arrays:
-            table = CovarianceTable.from_arrays(arrays)
-        else:
-            table = _covariance_table(reader)
+        if not options.plug_in:
+            table = CovarianceTable.from_arrays(arrays) if arrays else _covariance_table(reader)
         live = cls(reader, table, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
         blank = live._blank.with_(readings=np.zeros(live.n_elements, dtype=np.float32))
         load = np.full(len(w), reader.typical_load)
@@ -105,12 +102,12 @@ class FingerLive:
             readings=readings.astype(np.float32),
             whitener=np.diag(diagonal).astype(np.float32),
             load=load,
-            load_sd=float(noise.force_sd / np.sqrt(max(counts.max(), 1.0))),
+            load_sd=float(noise.force_sd / np.sqrt(max(touch.load_count, 1.0))),
             context=context,
         )
         if context is not None:
             readings = (readings - context.shift[0]) / context.scale[0]
-        start, others = self._start(readings, diagonal, load)
+        start, distant = self._start(readings, diagonal, load)
         found = _climb(one, one.expansion(start), NEAR)
         columns = None
         if self.covariance is not None:
@@ -134,7 +131,8 @@ class FingerLive:
         if stream is not None:
             stream.keep(one, found)
         degrees = int(np.count_nonzero(counts)) + (load == load) - 3
-        flags = [ELSEWHERE] if others - found.log_likelihood > -AS_WELL else []
+        off = (distant - readings) * (1.0 if context is None else context.scale[0])
+        flags = [ELSEWHERE] if -0.5 * _square(off @ one.whitener) - found.log_likelihood > -AS_WELL else []
         return self._alternatives.posterior(one, found, touch.samples, degrees, flags), found.x
 
     @cached_property
@@ -168,8 +166,8 @@ class FingerLive:
     def _alternatives(self) -> Alternatives:
         return Alternatives.of(self.reader.sampler.priors.radius)
 
-    def _start(self, readings: FloatArray, diagonal: FloatArray, load: float) -> tuple[FloatArray, float]:
-        """Start of the search (w, θ_c, P), and minus half the least squared misfit of a template at a distant place."""
+    def _start(self, readings: FloatArray, diagonal: FloatArray, load: float) -> tuple[FloatArray, FloatArray]:
+        """Start of the search (w, θ_c, P), and the readings (m,) of the template at a distant place that fits best."""
         typical = self.reader.typical_load
         low, high = self.reader.sampler.priors.load.support
         weight = diagonal * diagonal
@@ -180,9 +178,8 @@ class FingerLive:
         misfit = best * (power * best - 2 * cross)
         k = int(misfit.argmin())
         w, angle = self.places[k]
-        apart = np.abs(self.places[:, 1] - angle) > APART
-        others = -0.5 * float(misfit[apart].min() + weight @ readings**2) if apart.any() else -np.inf
-        return np.array([w, angle, best[k] * typical]), others
+        far = int(np.where(np.abs(self.places[:, 1] - angle) > APART, misfit, np.inf).argmin())
+        return np.array([w, angle, best[k] * typical]), best[far] * self.templates[far]
 
     @cached_property
     def _squares(self) -> NDArray[np.float32]:
@@ -205,6 +202,10 @@ def _covariance_table(reader: FingerTouchReader) -> CovarianceTable:
     largest = sampler.priors.load.support[1] * sampler.chain.outer_radius_mm / sampler.chain.shear_modulus_MPa / 1000
     modulus, ends, scale = sampler.chain.shear_modulus_MPa, sampler.priors.location.support, sampler.table.kappa_scale
     return CovarianceTable.of(columns, modulus, ends, scale, largest, reader.typical_load * loads)
+
+
+def _square(values: NDArray[np.floating]) -> float:
+    return float(values @ values)
 
 
 def _climb(one: OneTouch, here: Expansion, settled: float) -> Expansion:

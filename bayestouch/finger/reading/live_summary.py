@@ -21,8 +21,9 @@ KNOTS, REACH, FURTHEST = 21, 6.5, 9.0
 # Towards an edge (w below zero) or a flat the likelihood is constant in the end, and the density of w falls by one nat
 # per unit. Where the Laplace sd is larger than the first number, the knots reach that far at least on this side.
 LONG_TAIL, TAIL_REACH = 0.4, 6.5
-# A grid is replaced if an end has more than this share of the largest mass, or if one knot has more than this share of
-# the total mass; range of the new grid, in sd from the mean.
+ROUNDED = 1e-9
+# A grid is replaced if an end has more than the first share of the total mass, or one knot more than the second; range
+# of the new grid, in sd from the mean.
 LEFT_OUT, CROWDED, AGAIN = 2e-3, 0.6, 6.5
 # Flags: probability of a worse misfit; logarithm of an integral over that of its normal approximation, mean over the
 # indenters; distance of the mean from an end of a prior, sd.
@@ -59,7 +60,9 @@ class Grid:
         mass = np.exp(log_mass - log_mass.max())
         mass /= mass.sum()
         w = self.w
-        cut = (mass[0] > LEFT_OUT and w[0] > -FURTHEST) or (mass[-1] > LEFT_OUT and w[-1] < FURTHEST + 1.0)
+        # The last knot is rounded: a grid that ends at the limit must not seem to end before it.
+        low, high = w[0] > -FURTHEST + ROUNDED, w[-1] < FURTHEST + 1.0 - ROUNDED
+        cut = (mass[0] > LEFT_OUT and low) or (mass[-1] > LEFT_OUT and high)
         if not cut and mass.max() < CROWDED:
             return None
         mean = float(w @ mass)
@@ -122,7 +125,9 @@ class Alternatives:
         grid = knots(found) if self.log_share is not None else None
         nodes = self._nodes(one, found, grid)
         k = len(self.radius_mm)
-        if grid is not None and (moved := grid.moved(nodes.log_mass[k:])) is not None:
+        # Beside a tip that is certain, the shape of an improbable density does not matter.
+        matters = grid is not None and (not k or _share(nodes.log_mass, k) > LEFT_OUT)
+        if grid is not None and matters and (moved := grid.moved(nodes.log_mass[k:])) is not None:
             grid, nodes = moved, self._nodes(one, found, moved)
             if grid.moved(nodes.log_mass[k:]) is not None:
                 flags = [*flags, CUT]
@@ -209,6 +214,12 @@ class Alternatives:
         own = np.interp(places, radius, below)
         sums = own[order] + np.cumsum(np.concatenate([np.zeros(len(radius)), rise])[order])
         return np.asarray(np.interp(LEVELS * sums[-1], sums, places[order]))
+
+
+def _share(log_mass: FloatArray, first: int) -> float:
+    """Share of the masses from index `first` on."""
+    mass = np.exp(log_mass - log_mass.max())
+    return float(mass[first:].sum() / mass.sum())
 
 
 _UNIT = np.array([[_DEGREE], [1.0]])

@@ -46,8 +46,7 @@ def readings_of(means: TouchMeans, force_sd: float, use_load: bool) -> TouchRead
     """Readings of touches, with or without the load; `force_sd` is the noise of the force sensor (N/m)."""
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
-    reads = np.maximum(counts.max(axis=1), 1)
-    return TouchReadings(means.readings, counts, load, force_sd / np.sqrt(reads))
+    return TouchReadings(means.readings, counts, load, force_sd / np.sqrt(means.reads_of_load))
 
 
 def rows_as_touches(touches: Touches) -> TouchMeans:

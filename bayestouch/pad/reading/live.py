@@ -103,11 +103,13 @@ class PadLive:
         measured = touch.load == touch.load and reader.load_measured
         load, load_sd = reader.load, reader.load_sd
         if measured:
-            load, reads = touch.load, max(float(touch.counts.max()), 1.0)
+            load, reads = touch.load, max(touch.load_count, 1.0)
             load_sd = float(reader.measured_load_sd(np.array([load]), np.array([reads]))[0])
         felt_sd = float(np.hypot(load_sd, reader.noise.load_scatter))
         reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)
-        rough = self._search(reading, counts, load, felt_sd) if near is None else near
+        # The first samples of a touch may fit at several places; later ones decide.
+        settled = near is not None and near.elsewhere <= ELSEWHERE
+        rough = near if near is not None and settled else self._search(reading, counts, load, felt_sd)
         flags = [SEVERAL] if rough.elsewhere > ELSEWHERE else []
         if reader.map.n_causes:
             flags.append(UNCERTAIN)

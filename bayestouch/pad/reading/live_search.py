@@ -15,6 +15,8 @@ from bayestouch.pad.reading.reader import PadReader
 DEPTH, ELSEWHERE, APART = 10.0, 1e-2, 8.0
 # Products are computed for loads a tenth apart (their logarithms), and so many of them are kept: 50 MB at most.
 LOAD_STEP, KEPT = 0.1, 32
+# Least load over the typical one: below it all readings are noise.
+LEAST_LOAD = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,7 @@ class Search:
         pull = of.by_load @ reading - load * of.load
         square = of.weight @ (reading * reading) - 2 * load * pull - load * load * of.load
         precision = of.load + 1 / load_sd**2
-        best = np.maximum(load + pull / precision, 0.05 * load)
+        best = np.maximum(load + pull / precision, 0.05 * self.reader.load)
         v = (of.by_place @ reading - (load + pull / precision) * of.load_place) * best
         h = best * best * (of.place - of.load_place[first] * of.load_place[second] / precision)
         tau = 1 / self.lattice.width**2
@@ -119,8 +121,11 @@ class Search:
         return Rough(mean, covariance, float(best[k]), float(weight[distance > limit].sum()))
 
     def _products(self, counts: FloatArray, load: float) -> Products:
-        """Products for these counts, at a load that differs from `load` by 5 % at most."""
-        step = round(float(np.log(load)) / LOAD_STEP)
+        """Products for these counts, at a load that differs from `load` by 5 % at most.
+
+        A force sensor with an offset may read a load that is not above zero: then for a small one.
+        """
+        step = round(float(np.log(max(load, LEAST_LOAD * self.reader.load))) / LOAD_STEP)
         key = counts.tobytes(), step
         if key not in self._kept:
             if len(self._kept) == KEPT:

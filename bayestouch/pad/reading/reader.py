@@ -151,7 +151,6 @@ class PadReader:
     def touches(self, readings: TouchMeans) -> PadTouches:
         """Touches with the priors of their loads: from the force sensor, else from the calibration."""
         here = np.isfinite(readings.load) & self.load_measured
-        reads = np.maximum(readings.counts.max(axis=1), 1)
         changes = None
         if self.map.n_causes and isinstance(readings, CorrectedMeans) and readings.changes is not None:
             changes = readings.changes.copy()
@@ -160,7 +159,7 @@ class PadReader:
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=np.where(self.usable, readings.counts, 0),
             load=np.where(here, readings.load, self.load),
-            load_sd=np.where(here, self.measured_load_sd(readings.load, reads), self.load_sd),
+            load_sd=np.where(here, self.measured_load_sd(readings.load, readings.reads_of_load), self.load_sd),
             load_scatter=self.noise.load_scatter,
             changes=changes,
         )
