@@ -40,6 +40,5 @@ def place_blocks(fitted: Fitted) -> IntArray | None:
     for axis in axes:
         values, rank = np.unique(np.round(axis, 6), return_inverse=True)
         count = max(min(most, len(values) // LEAST_PLACES), 1)
-        # A coordinate that is the odd one out by one fold keeps neighbours out of the same fold.
-        block = block * (count + (count % FOLDS == 0)) + rank * count // len(values)
+        block = block * count + rank * count // len(values)
     return block if len(np.unique(block)) >= LEAST_BLOCKS else None

@@ -52,17 +52,17 @@ class PlaceOrTime:
     @property
     def standardised(self) -> FloatArray:
         """Each difference in units of its standard error."""
-        return np.array([gain / max(error, 1e-300) for gain, error in self.across.values()])
+        return _standardised(self.across)
 
     @property
     def is_drift(self) -> bool:
         """True if the drift predicts better in one way and not worse in any."""
-        return bool((self.standardised > BETTER).any() and (self.standardised > -BETTER).all())
+        return _is_better(self.standardised)
 
     @property
     def is_place(self) -> bool:
         """True if functions of place predict better in one way and not worse in any."""
-        return bool((self.standardised < -BETTER).any() and (self.standardised < BETTER).all())
+        return _is_better(-self.standardised)
 
     @property
     def undecided(self) -> bool:
@@ -100,8 +100,16 @@ def in_place(fitted: Fitted, model: Densities | None, places: Densities | None) 
     if model is None or places is None:
         return None
     gained = differences(places, model, blocks_of(fitted))
-    ahead = np.array([gain / max(error, 1e-300) for gain, error in gained.values()])
-    return gained if (ahead > BETTER).any() and (ahead > -BETTER).all() else None
+    return gained if _is_better(_standardised(gained)) else None
+
+
+def _standardised(differences: Mapping[str, Difference]) -> FloatArray:
+    return np.array([gain / max(error, 1e-300) for gain, error in differences.values()])
+
+
+def _is_better(standardised: FloatArray) -> bool:
+    """True if differences are above zero in one way and not below in any."""
+    return bool((standardised > BETTER).any() and (standardised > -BETTER).all())
 
 
 def blocks_of(fitted: Fitted) -> dict[str, IntArray]:

@@ -36,7 +36,7 @@ class Diagnosis(Summarised):
     numbers : mapping
         Content of ``diagnosis.json``.
     calibration_before, calibration_after : Calibration
-        Calibrations without effects, and with everything that was found; both can be used by `bayestouch.infer`.
+        Calibrations without effects, and with what was found and is used; `bayestouch.infer` can read with both.
     options : mapping
         Options with which `bayestouch.diagnose` was called.
     traced : Traced

@@ -36,7 +36,7 @@ from bayestouch.model.peaks import settled
 from bayestouch.model.significance import at_least_one
 from bayestouch.output.progress import Progress, staged, tell
 
-# Fractions of a round's time at the end of scoring and of refitting; the correction follows.
+# Fractions of a round's time at the end of scoring and of refitting; the correction and looser forms follow.
 SCORED, REFITTED = 0.25, 0.8
 # Number of candidates that are refitted in a round, besides random functions of time; largest number of rounds that
 # add an effect.
@@ -46,6 +46,8 @@ LEADING, MOST_EFFECTS = 5, 4
 CHANCE = 0.01
 # What it explains is at least a tenth of the noise of an averaged touch (root mean square).
 MATERIAL = 0.1
+# A model leaves no relevant misfit if χ² over the number of readings is below 1 + this.
+SMALL = 0.1
 # However many readings there are, so large a gain of log density is relevant.
 ENOUGH_GAIN = 50.0
 # It explains this share of what can be explained.
@@ -96,7 +98,7 @@ def _other_firsts(first: SearchRound) -> list[SearchRound]:
 
 
 def _with_rivals(begun: SearchRound) -> SearchRound:
-    """A round with the candidates that cannot be told apart from the effect that it adds."""
+    """A round with the candidates that cannot be distinguished from the effect that it adds."""
     assert begun.added is not None
     rivals = indistinguishable_from(begun.added, begun.tried)
     return replace(begun, added=replace(begun.added, indistinguishable=rivals))
@@ -109,7 +111,7 @@ def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
 
 def _is_small(left: Fitted | None) -> bool:
     """True if the misfit of a model is not relevant."""
-    return left is not None and left.excess < 0.5 * MATERIAL * left.n_readings
+    return left is not None and left.excess < 0.5 * SMALL * left.n_readings
 
 
 def _retained(

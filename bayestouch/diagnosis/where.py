@@ -42,7 +42,7 @@ class View:
 
     @property
     def contrast(self) -> float:
-        """Score of how unevenly the excess is spread: chi-square of the bins about their common mean, per bin."""
+        """Score of how unevenly the excess is spread: chi-square of the bins about their common mean, standardised."""
         some = np.isfinite(self.square)
         if some.sum() < 2:
             return 0.0

@@ -35,6 +35,8 @@ SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
 LEAST_RELATIVE_SLOPE = 1e-3
 # Number of loads at which effects of the load are tabulated.
 GRID = 2001
+# Largest load of these tables over the reference load: far beyond the loads of a calibration.
+LARGEST_LOAD = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,8 +231,12 @@ class PadEffects:
 
     def _inverse(self, effects: Sequence[tuple[Effect, Values]]) -> tuple[FloatArray, FloatArray]:
         """Loads after some effects, increasing, and loads before them."""
-        grid = self.reference_load * np.linspace(0.0, 20.0, GRID)
-        return np.maximum.accumulate(self._posed(grid, effects)), grid
+        return np.maximum.accumulate(self._posed(self.load_grid, effects)), self.load_grid
+
+    @cached_property
+    def load_grid(self) -> FloatArray:
+        """Loads at which inverse functions are tabulated; beyond the last one they are constant."""
+        return np.asarray(self.reference_load * np.linspace(0.0, LARGEST_LOAD, GRID))
 
     @cached_property
     def load_slope(self) -> float:

@@ -58,9 +58,9 @@ QUOTED = {
         f"So it is tabulated at {profile.KNOTS} knots over {profile.REACH:g} standard deviations either way",
     ],
     "diagnosis.md": [
-        f"Where fewer than {parted.ENOUGH_READ} of them have references, every fourth calibration touch is held out",
+        f"If fewer than {parted.ENOUGH_READ} touches of `touches.csv` have references, every fourth calibration touch",
         f"With fewer than {parted.ENOUGH_CALIBRATION} touches nothing is held out",
-        f"$1 - (1 - p)^K < {search.CHANCE:g}$ (Šidák)",
+        f"$1 - (1 - p)^M < {search.CHANCE:g}$ (Šidák)",
         f"The {WORDS[search.LEADING]} best are added to the model one at a time",
         f"less than {1e4 * comparison.ROUGHLY:g}·10⁻⁴ of what there is to explain",
         f"dealt into {WORDS[comparison.FOLDS]} folds",

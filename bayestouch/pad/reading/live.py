@@ -89,7 +89,7 @@ class PadLive:
         effects = self.reader.effects
         if effects is None:
             return None
-        acting = effects.reference_load * np.linspace(0.0, 6.0, 1201)
+        acting = effects.load_grid
         true = effects.pressing(acting)
         slope = np.maximum(np.gradient(true, acting), 1e-300)
         return acting, true, slope, *true_load_prior(effects, self.reader.calibrated_load)
