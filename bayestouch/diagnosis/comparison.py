@@ -87,7 +87,9 @@ def tried_noise(noise: NoiseCandidate, *, by_chance: bool) -> Tried:
     """Result of a candidate of the noise, which needs no refit; `by_chance` if chance explains its score."""
     gain, error = paired(noise.difference)
     clear, scored_gain = is_clear(noise.difference), noise.gain if by_chance else float("nan")
-    one = Tried(noise.effect, noise.z, 1.0, noise.values, gain, error, clear, of_means=0.0, by_itself=True, share=1.0)
+    # Nothing else can explain a scatter: one that is clear is explained by it.
+    share = 1.0 if clear else float("nan")
+    one = Tried(noise.effect, noise.z, 1.0, noise.values, gain, error, clear, of_means=0.0, by_itself=True, share=share)
     return replace(one, difference=noise.difference, noise=noise, scored_gain=scored_gain)
 
 

@@ -77,7 +77,11 @@ def test_a_candidate_of_the_noise() -> None:
     noise: Any = SimpleNamespace(effect="hum", z=2.0, values=(1.0,), gain=-1.5, difference=np.array([1.0, 2, 6]))
     found, real = (tried_noise(noise, by_chance=each) for each in (True, False))
     assert (found.gain, found.scored_gain, found.noise) == (9.0, -1.5, noise) and np.isnan(real.scored_gain)
-    assert found.gain_se == pytest.approx(np.sqrt(21)) and found.by_itself and (found.of_means, found.share) == (0, 1)
+    assert found.gain_se == pytest.approx(np.sqrt(21)) and found.by_itself and found.of_means == 0
+    # 9 ± 4.6 is not clear: then nothing is said of what it explains.
+    assert not found.clear and np.isnan(found.share)
+    noise.difference = np.array([3.0, 3.1, 3.2])
+    assert (clear := tried_noise(noise, by_chance=False)).clear and clear.share == 1
 
 
 def effect(name: str, count: int) -> Any:

@@ -49,9 +49,7 @@ def draw_round(axes: Axes, number: int, each: SearchRound, names: Sequence[str])
 
 
 def _share(tried: Tried | None) -> float:
-    if tried is None or not np.isfinite(tried.share) or (tried.noise is not None and not tried.gain > 0):
-        return 0.0
-    return 100 * tried.share
+    return 0.0 if tried is None or not np.isfinite(tried.share) else 100 * tried.share
 
 
 def _colour(each: SearchRound, name: str) -> str:
