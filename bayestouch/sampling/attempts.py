@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.sampling.density import LogDensity
 from bayestouch.sampling.diagnostics import bulk_statistics
 from bayestouch.sampling.draws import BlockDraws, Demands
@@ -87,6 +87,7 @@ def draw_until_good(
             if drawn.worst_ess[0] > 0:
                 # The proposal of the next attempt is nearer to the target.
                 proposal = proposal.refitted(points.reshape(-1, points.shape[-1]), float(drawn.worst_ess[0]))
+        points, log_at = begun(points, log_at)
         kept, log_derivative = to_vectors(points)
         ess, rhat = bulk_statistics(kept)
         if best is None or not best.ess_bulk.min() >= ess.min():
@@ -98,6 +99,25 @@ def draw_until_good(
         progress(1.0)
     assert best is not None
     return best
+
+
+def begun(points: FloatArray, log_at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Draws (chain, draw, block, d) and log densities (chain, draw, block) without those before a chain has begun.
+
+    A chain begins with the first proposal inside the support; until then its draws are NaN. They become the first draw
+    of the chain, or of another one if it has none: so short an attempt is not good enough, and a longer one follows.
+    """
+    missing: BoolArray = np.asarray(np.isnan(points).any(axis=(2, 3)))
+    if not missing.any() or missing.all():
+        return points, log_at
+    points, log_at = points.copy(), log_at.copy()
+    with_any = ~missing.all(axis=1)
+    for chain in range(len(points)):
+        source = chain if with_any[chain] else int(with_any.argmax())
+        first = int((~missing[source]).argmax())
+        points[chain, missing[chain]] = points[source, first]
+        log_at[chain, missing[chain]] = log_at[source, first]
+    return points, log_at
 
 
 def part_of(progress: Callable[[float], None] | None, attempt: int) -> Callable[[float], None] | None:

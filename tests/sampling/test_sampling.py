@@ -27,6 +27,7 @@ from bayestouch.sampling import (
     pareto_smooth,
     sample_blocks,
 )
+from bayestouch.sampling.attempts import begun
 from bayestouch.sampling.density import by_walker
 from bayestouch.sampling.ensembles import ensemble_round
 from bayestouch.sampling.pareto import shape_that_counts
@@ -502,3 +503,14 @@ def test_importing_the_samplers_is_quick() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_draws_before_a_chain_has_begun() -> None:
+    """They become the first draw of their chain, or of another one."""
+    points, log = np.arange(24.0).reshape(3, 4, 1, 2), np.arange(12.0).reshape(3, 4, 1)
+    points[0, :2] = points[2] = np.nan
+    made, densities = begun(points, log)
+    np.testing.assert_array_equal(made[0, :, 0, 0], [4, 4, 4, 6])
+    np.testing.assert_array_equal(made[2, :, 0, 1], [5, 5, 5, 5])
+    np.testing.assert_array_equal(densities[:, :, 0], [[2, 2, 2, 3], [4, 5, 6, 7], [2, 2, 2, 2]])
+    assert np.isnan(points[0, 0]).all() and begun(made, log)[0] is made
