@@ -111,7 +111,7 @@ def begun(points: FloatArray, log_at: FloatArray) -> tuple[FloatArray, FloatArra
     if not missing.any() or missing.all():
         return points, log_at
     points, log_at = points.copy(), log_at.copy()
-    with_any = ~missing.all(axis=1)
+    with_any: BoolArray = np.asarray((~missing).any(axis=1))
     for chain in range(len(points)):
         source = chain if with_any[chain] else int(with_any.argmax())
         first = int((~missing[source]).argmax())
