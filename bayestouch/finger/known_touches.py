@@ -97,14 +97,13 @@ class KnownTouches:
             np.isfinite(means.pure_error_variance) & (means.pure_error_variance > 0), means.pure_error_dof, 0
         )
         scatter = np.where(dof > 0, np.nan_to_num(means.pure_error_variance) * dof, 0.0)
-        reads = means.load_reads[known] if means.load_reads is not None else counts.max(axis=1).astype(float)
         load_dof = means.load_error_dof
         return (
             cls(
                 radius_mm=composite_radius(means.indenter_radius_mm[known], finger.outer_radius_mm),
                 angle=np.radians(means.angle_deg[known]),
                 load=np.where(measured, load, typical),
-                load_reads=np.where(measured, np.maximum(reads, 1.0), 0.0),
+                load_reads=np.where(measured, means.reads_of_load[known], 0.0),
                 readings=np.where(constant, np.nan, readings),
                 counts=np.where(constant, 0, counts),
                 scatter=np.where(constant, 0.0, scatter),

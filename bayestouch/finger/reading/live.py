@@ -131,8 +131,8 @@ class FingerLive:
         if stream is not None:
             stream.keep(one, found)
         degrees = int(np.count_nonzero(counts)) + (load == load) - 3
-        off = (distant - readings) * (1.0 if context is None else context.scale[0])
-        flags = [ELSEWHERE] if -0.5 * _square(off @ one.whitener) - found.log_likelihood > -AS_WELL else []
+        off = (distant - readings) * (1.0 if context is None else context.scale[0]) @ one.whitener
+        flags = [ELSEWHERE] if -0.5 * float(off @ off) - found.log_likelihood > -AS_WELL else []
         return self._alternatives.posterior(one, found, touch.samples, degrees, flags), found.x
 
     @cached_property
@@ -178,6 +178,7 @@ class FingerLive:
         misfit = best * (power * best - 2 * cross)
         k = int(misfit.argmin())
         w, angle = self.places[k]
+        # There is one: locations reach 20 degrees beyond the elements on either side.
         far = int(np.where(np.abs(self.places[:, 1] - angle) > APART, misfit, np.inf).argmin())
         return np.array([w, angle, best[k] * typical]), best[far] * self.templates[far]
 
@@ -202,10 +203,6 @@ def _covariance_table(reader: FingerTouchReader) -> CovarianceTable:
     largest = sampler.priors.load.support[1] * sampler.chain.outer_radius_mm / sampler.chain.shear_modulus_MPa / 1000
     modulus, ends, scale = sampler.chain.shear_modulus_MPa, sampler.priors.location.support, sampler.table.kappa_scale
     return CovarianceTable.of(columns, modulus, ends, scale, largest, reader.typical_load * loads)
-
-
-def _square(values: NDArray[np.floating]) -> float:
-    return float(values @ values)
 
 
 def _climb(one: OneTouch, here: Expansion, settled: float) -> Expansion:

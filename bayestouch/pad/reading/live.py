@@ -108,8 +108,7 @@ class PadLive:
         felt_sd = float(np.hypot(load_sd, reader.noise.load_scatter))
         reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)
         # The first samples of a touch may fit at several places; later ones decide.
-        settled = near is not None and near.elsewhere <= ELSEWHERE
-        rough = near if near is not None and settled else self._search(reading, counts, load, felt_sd)
+        rough = near if near and near.elsewhere <= ELSEWHERE else self._search(reading, counts, load, felt_sd)
         flags = [SEVERAL] if rough.elsewhere > ELSEWHERE else []
         if reader.map.n_causes:
             flags.append(UNCERTAIN)
