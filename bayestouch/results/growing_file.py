@@ -1,8 +1,8 @@
 """A posterior file that is written block by block of touches; only one block is in memory.
 
 The file is created with its full size, and the numbers are later written to their final places. A process that is
-killed therefore leaves the layout intact. Until the file is complete, the first bytes (the HDF5 signature) are missing,
-so that no program can mistake it for a result.
+killed therefore leaves the layout intact. Until the file is complete, the first bytes (the HDF5 signature) are missing
+on disk, from the first moment on, so that no program can mistake it for a result.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_HIDDEN = b"\0" * len(_SIGNATURE)
+_SIGNED = len(_SIGNATURE)
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class GrowingFile:
         # Reserve space for the numbers now, so that later writing does not change the structure of the file.
         properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
         properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-        with h5netcdf.File(path, "w") as file:
+        with _Unsigned(path, "w+") as unsigned, h5netcdf.File(unsigned, "w") as file:
             file.attrs.update(attributes)
             for group_name, dataset in groups.items():
                 group = file.create_group(group_name)
@@ -87,16 +87,14 @@ class GrowingFile:
                     made = _create(group, str(name), variable, properties, h5py.string_dtype())
                     if labels := _labels(dataset, str(name)):
                         made.attrs["coordinates"] = labels
-        with h5py.File(path, "r") as root:
+        with _Unsigned(path, "r") as unsigned, h5py.File(unsigned, "r") as root:
             places = {
                 f"{group_name}/{name}": _place(root[group_name][name], variable.dims.index("touch"))
                 for group_name, dataset in groups.items()
                 for name, variable in dataset.variables.items()
                 if "touch" in variable.dims
             }
-        grown = cls(path, places)
-        grown._mark(_HIDDEN)
-        return grown
+        return cls(path, places)
 
     def write(self, groups: Mapping[str, xr.Dataset], first: int) -> None:
         """Write the numbers of a block of touches to disk; `first` is the number of its first touch."""
@@ -109,7 +107,9 @@ class GrowingFile:
 
     def finish(self) -> None:
         """Write the HDF5 signature, so that the file can be opened."""
-        self._mark(_SIGNATURE)
+        with self.path.open("r+b", buffering=0) as stream:
+            stream.write(_SIGNATURE)
+            os.fsync(stream.fileno())
 
     def to_json(self) -> str:
         """Positions of all variables as text for `from_json`."""
@@ -124,10 +124,27 @@ class GrowingFile:
         }
         return cls(path, places)
 
-    def _mark(self, start: bytes) -> None:
-        with self.path.open("r+b", buffering=0) as stream:
-            stream.write(start)
-            os.fsync(stream.fileno())
+
+class _Unsigned(FileIO):
+    """A file whose first bytes are zeros on disk, and the HDF5 signature for the library that works with it."""
+
+    def write(self, data: Any, /) -> int:
+        """Write all of `data`; zeros where the signature belongs."""
+        here, piece = self.tell(), bytearray(data)
+        signed = max(0, min(len(piece), _SIGNED - here))
+        piece[:signed] = bytes(signed)
+        left = memoryview(piece)
+        while left:
+            left = left[super().write(left) :]
+        return len(piece)
+
+    def readinto(self, buffer: Any, /) -> int:
+        """Read into `buffer`; the signature where it belongs."""
+        here = self.tell()
+        count = super().readinto(buffer)
+        signed = max(0, min(count, _SIGNED - here))
+        memoryview(buffer).cast("B")[:signed] = _SIGNATURE[here : here + signed]
+        return count
 
 
 def _check_room(path: Path, groups: Mapping[str, xr.Dataset], n_touches: int) -> None:

@@ -71,6 +71,25 @@ def test_a_file_of_blocks_is_that_of_all(tmp_path: Path) -> None:
         assert root.attrs["made"] == "here"
 
 
+def test_a_file_that_is_laid_out_opens_at_no_moment(tmp_path: Path) -> None:
+    """A process may be killed anywhere: whatever is called, the file on disk has no signature."""
+    import sys
+
+    path, starts = tmp_path / "grown.nc", set[bytes]()
+
+    def look(*_: Any) -> None:
+        if path.is_file():
+            with path.open("rb", buffering=0) as stream:
+                starts.add(stream.read(8))
+
+    sys.setprofile(look)
+    try:
+        GrowingFile.create(path, groups(0, 2), {"made": "here"}, 5)
+    finally:
+        sys.setprofile(None)
+    assert starts == {b"", bytes(8)}
+
+
 def test_room_that_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a thousand touches: 2 · 8 bytes of R, 3 · 4 of few, 8 of t and the touch's own 8; nothing of what has none."""
     asked: list[int] = []
