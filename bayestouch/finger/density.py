@@ -14,6 +14,7 @@ from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.finger.place.touches import ErrorsWithPlaces
+from bayestouch.parallel.parts import of_parts
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
 # Largest number of values in an array (vectors, touches, elements): half a megabyte, which fits into the cache.
@@ -59,9 +60,9 @@ class FingerDensity:
         out = np.full(len(flat), -np.inf)
         inside = np.flatnonzero(((flat > low) & (flat < high)).all(axis=1) & self.within(flat))
         held = max(1, NUMBERS_HELD // self.likelihood.missing.size)
-        for first in range(0, len(inside), held):
-            part = inside[first : first + held]
-            out[part] = self._inside(flat[part])
+        parts = [inside[first : first + held] for first in range(0, len(inside), held)]
+        for part, found in zip(parts, of_parts(lambda part: self._inside(flat[part]), parts), strict=True):
+            out[part] = found
         return out.reshape(vectors.shape[:-1])
 
     def _inside(self, vectors: FloatArray) -> FloatArray:

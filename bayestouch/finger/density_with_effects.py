@@ -23,6 +23,7 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.joint_drifts import FREE, further_columns, without_drifts, without_weights
 from bayestouch.model.observations import Observations
 from bayestouch.model.own_columns import OwnColumns
+from bayestouch.parallel.parts import of_parts
 from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
 
 # Number of vectors per evaluation if drifts or a correction make the touches dependent.
@@ -132,9 +133,9 @@ class EffectDensity:
         inside = np.flatnonzero(((flat > low) & (flat < high)).all(axis=1))
         inside = inside[self.predict.within(flat[inside])]
         held = TOGETHER if self.tied else max(1, NUMBERS_HELD // self.posterior.known.missing.size)
-        for first in range(0, len(inside), held):
-            part = inside[first : first + held]
-            out[part] = self._inside(flat[part])
+        parts = [inside[first : first + held] for first in range(0, len(inside), held)]
+        for part, found in zip(parts, of_parts(lambda part: self._inside(flat[part]), parts), strict=True):
+            out[part] = found
         return out.reshape(vectors.shape[:-1])
 
     @property

@@ -25,6 +25,7 @@ from bayestouch.model.linear import Functions, Linearised
 from bayestouch.model.predictive import precision_of_touches
 from bayestouch.pad.map_basis import HeldMap
 from bayestouch.pad.model import PadModel
+from bayestouch.parallel.parts import of_parts
 from bayestouch.priors.parameters import LogNormal, Prior
 
 # Largest number of entries of an array that is computed at once: 8 MB.
@@ -172,18 +173,20 @@ class PadDensity:
 
     def log_likelihood(self, vectors: FloatArray) -> FloatArray:
         """Log likelihood of vectors (n, d) inside the bounds, (n,): density of all readings together."""
-        out = np.empty(len(vectors))
-        for part in self._parts(len(vectors)):
-            white, samples, predicted = self.whitened(vectors[part])
-            if len(self.drifts):
-                squares = self._drifting(vectors[part], white, predicted)
-            else:
-                squares = (white**2).sum(axis=0)
-                if self.functions is not None:
-                    onto = solve_triangular(self.functions.root, self.functions.white.transposed(white), lower=True)
-                    squares -= (onto**2).sum(axis=0)
-            out[part] = -0.5 * squares + samples.sum(axis=1)
-        return np.asarray(out + self._log_volume)
+        found = of_parts(lambda part: self._of_data(vectors[part]), self._parts(len(vectors)))
+        return np.concatenate([np.empty(0), *found]) + self._log_volume
+
+    def _of_data(self, vectors: FloatArray) -> FloatArray:
+        """Log likelihood of some vectors (n, d), (n,), up to the constant `_log_volume`."""
+        white, samples, predicted = self.whitened(vectors)
+        if len(self.drifts):
+            squares = self._drifting(vectors, white, predicted)
+        else:
+            squares = (white**2).sum(axis=0)
+            if self.functions is not None:
+                onto = solve_triangular(self.functions.root, self.functions.white.transposed(white), lower=True)
+                squares -= (onto**2).sum(axis=0)
+        return np.asarray(-0.5 * squares + samples.sum(axis=1))
 
     def _drifting(self, vectors: FloatArray, white: FloatArray, predicted: FloatArray) -> FloatArray:
         """Sum of squares (n,) of whitened errors (t m, n), map and drifts integrated out, plus the log determinant."""
@@ -223,7 +226,7 @@ class PadDensity:
         Bürkner, J. Gabry and A. Vehtari, Computational Statistics 36 (2021) 1243).
         """
         if len(self.drifts):
-            each = [self.at_drifts(v).touch_log_likelihood(v[None, : self.n_model]) for v in vectors]
+            each = of_parts(lambda v: self.at_drifts(v).touch_log_likelihood(v[None, : self.n_model]), list(vectors))
             return np.concatenate([np.empty((0, len(self._readings))), *each])
         t, m = self._readings.shape
         out = np.empty((len(vectors), t))

@@ -11,12 +11,14 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from itertools import islice
 from typing import Any
 
 from bayestouch.errors import InputError
+from bayestouch.parallel.processes import cores, may_fork, spread_out
 
 #: Function that computes one piece of work from the data common to all pieces and the piece.
 ClusterWork = Callable[[Any, Any], Any]
@@ -70,21 +72,27 @@ def in_order(
 ) -> list[Any]:
     """Return the result of `work` for every piece, in order.
 
-    The cluster at `address` computes them, or this process if `address` is None. `progress` is called with the number
-    of finished pieces.
+    The cluster at `address` computes them, or the cores of this machine if `address` is None. `progress` is called with
+    the number of finished pieces.
     """
     if not pieces:
         return []
-    numbered: Iterator[tuple[int, Any]]
-    if address is None:
-        numbered = ((number, work(shared, piece)) for number, piece in enumerate(pieces))
-    else:
-        numbered = on_cluster(address, work, shared, enumerate(pieces))
     done = {}
-    for number, result in numbered:
+    for number, result in _finished(address, work, shared, pieces):
         done[number] = result
         progress(len(done))
     return [done[number] for number in sorted(done)]
+
+
+def _finished(address: str | None, work: ClusterWork, shared: Any, pieces: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    """Yield number and result of the pieces that are finished."""
+    if address is not None:
+        yield from on_cluster(address, work, shared, enumerate(pieces))
+        return
+    # Pieces of many short steps gain nothing from threads (see `processes`).
+    workers = min(cores(None), len(pieces)) if may_fork() else 1
+    with spread_out(partial(work, shared), workers) as spread:
+        yield from enumerate(spread(pieces))
 
 
 def _results(
