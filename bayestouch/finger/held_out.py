@@ -41,9 +41,8 @@ def held_out(
     added, functions = functions_at(shown, correction, observed)
     predicted = model.predict(shown.vector).touches + added
     means = observed.means
-    reads = np.maximum(means.counts.max(axis=1), 1)
     measured = np.isfinite(observed.load)
-    load_sd = np.where(measured, force_noise(fitted) / np.sqrt(reads), 0.3 * np.nanmean(model.load))
+    load_sd = np.where(measured, force_noise(fitted) / np.sqrt(means.reads_of_load), 0.3 * np.nanmean(model.load))
     noise = noise.with_(load_sd=load_sd)
     by_load = model.by_load(shown.vector)
     whitening = Whitening.of(observed, noise, predicted, by_load)

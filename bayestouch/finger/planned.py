@@ -56,9 +56,8 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     predict, mean, columns, covariance, extra = (_with_effects if with_effects else _plain)(calibration, means, touch)
     alive = np.isfinite(means.readings)
     columns, slopes = (np.where(alive[:, :, None], each, 0.0) for each in (columns, touch_slopes(predict, *touch)))
-    reads = np.maximum(means.counts.max(axis=1), 1)
     variance = calibration.noise.mean_variance(np.maximum(means.counts, 1), mean)
-    load_sd = calibration.noise.mean_load_sd(reads)
+    load_sd = calibration.noise.mean_load_sd(means.reads_of_load)
     # Without a force sensor a load is not known better than by its size.
     load_sd = np.where(np.isfinite(load_sd) & (load_sd > 0), load_sd, means.load)
     noise = with_load_error(variance, slopes[:, :, 2], load_sd) + extra

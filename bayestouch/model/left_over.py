@@ -35,11 +35,6 @@ def discrepancy(fitted: Fitted) -> FloatArray:
 
 def force_noise(fitted: Fitted) -> float:
     """Standard deviation of one reading of the load that a fit assumes, N/m or N."""
-    measured = np.isfinite(fitted.model.known.means.load)
-    return float(np.median(fitted.noise.load_sd[measured] * np.sqrt(_reads(fitted))))
-
-
-def _reads(fitted: Fitted) -> FloatArray:
     means = fitted.model.known.means
-    reads = np.maximum(means.counts.max(axis=1), 1)[np.isfinite(means.load)]
-    return np.asarray(reads, dtype=np.float64)
+    of_one = fitted.noise.load_sd * np.sqrt(means.reads_of_load)
+    return float(np.median(of_one[np.isfinite(means.load)]))

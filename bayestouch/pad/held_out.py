@@ -43,10 +43,9 @@ def held_out(
     predicted = prediction.touches + added
     means, rows = observed.means, observed.row_touch
     reads = np.maximum(means.counts.max(axis=1), 1)
-    known = fitted.model.known
-    one_load = np.median(fitted.noise.load_sd * np.sqrt(np.maximum(known.means.counts.max(axis=1), 1)))
+    one_load = np.median(fitted.noise.load_sd * np.sqrt(fitted.model.known.means.reads_of_load))
     measured = np.isfinite(observed.load)
-    noise = fitted.noise.with_(load_sd=np.where(measured, one_load / np.sqrt(reads), model.load))
+    noise = fitted.noise.with_(load_sd=np.where(measured, one_load / np.sqrt(means.reads_of_load), model.load))
     by_load = model.by_load(shown.vector)
     whitening = Whitening.of(observed, noise, predicted, by_load)
     residual = means.readings - predicted

@@ -59,8 +59,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     own = chain.sensitivity_derivatives(place) * load[:, None, None]
     own[:, np.arange(m), m + np.arange(m)] = 1.0
     columns = np.concatenate([own, functions], axis=2) * (counts > 0)[:, :, None]
-    reads = np.maximum(counts.max(axis=1), 1)
-    load_sd = _load_sd(calibration, load, reads)
+    load_sd = _load_sd(calibration, load, np.concatenate([known.reads_of_load, means.reads_of_load]))
     root = inverse_root((variance + left)[:t], (of_signal.by_load[:t] * load_sd[:t, None],), counts[:t] > 0)
     white = np.einsum("tij,tjd->tid", root, columns[:t], optimize=True).reshape(t * m, -1)
     of_prior = [_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]

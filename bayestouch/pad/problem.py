@@ -124,14 +124,13 @@ def pad_problem(
     known = replace(known, counts=np.where(usable, known.counts, 0))
     rest = table.rest_reading()
     priors, odd = pad_priors(sensor, known, rest_subtracted=rest is not None, usable=usable)
-    reads = np.maximum(known.counts.max(axis=1), 1)
     slope = 1.0 if relative_slope is None else relative_slope(known.load)
     problem = PadProblem(
         known=known,
         observed=_observed(counted_samples(corrected, samples), known, usable),
         priors=priors.with_stated(stated or {}, kernel, sensor),
         pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
-        load_share=force_sd * slope / np.sqrt(reads) / known.load,
+        load_share=force_sd * slope / np.sqrt(known.reads_of_load) / known.load,
         force_sd=force_sd,
         samples=samples,
         usable=usable,

@@ -72,7 +72,7 @@ def pad_fit(
     chosen, models = choose_model(problem, dataset, kernel, empirical)
     model = pad_model(problem, chosen, observed, pad, MapBasis.of(chosen) if chosen.has_map else None)
     vector = model.start(chosen.fit.chain)
-    reads = np.maximum(observed.means.counts.max(axis=1), 1)
+    reads = observed.means.reads_of_load
     # Without the load scatter: an effect that the model lacks is an error that the elements share, too.
     share = chosen.load_spread if np.isfinite(chosen.load_spread) else problem.force_sd / np.sqrt(reads) / model.load
     load_sd = np.broadcast_to(share * model.load, model.load.shape).copy()

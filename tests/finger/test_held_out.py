@@ -21,6 +21,7 @@ def test_residuals_of_held_out_touches(monkeypatch: pytest.MonkeyPatch) -> None:
     means = SimpleNamespace(
         readings=np.array([[9.0, 2.2], [5.0, NAN]]),
         counts=np.array([[4, 2], [9, 0]]),
+        reads_of_load=np.array([3.0, 9.0]),
         indenter_radius_mm=np.array([6.0, 0.0]),
         angle_deg=np.array([10.0, 20.0]),
     )
@@ -60,8 +61,8 @@ def test_residuals_of_held_out_touches(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.repeated
     residual = means.readings - predicted
     np.testing.assert_allclose(found.residual, residual / peak)
-    # Errors of the loads: 3/sqrt(4), and 0.3 of the mean load where it was not measured.
-    spread = np.array([1.5, 0.3 * 8.0])
+    # Errors of the loads: 3/sqrt(3), because three of the four samples have one; 0.3 of the mean load where no one has.
+    spread = np.array([3 / np.sqrt(3), 0.3 * 8.0])
     covariance = np.diag([0.16 / 4, 0.36 / 2]) + spread[0] ** 2 * np.outer(by_load[0], by_load[0])
     assert (found.whitened[0] ** 2).sum() == pytest.approx(residual[0] @ np.linalg.solve(covariance, residual[0]))
     variance = 0.16 / 9 + (spread[1] * 0.3) ** 2

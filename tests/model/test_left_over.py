@@ -59,8 +59,8 @@ def test_few_touches_and_none() -> None:
 
 
 def test_noise_of_one_reading_of_the_load() -> None:
-    """Standard errors times the root of the reads of the element with most; the median of the measured ones."""
-    means = SimpleNamespace(load=np.array([5.0, np.nan, 6.0, 7.0]), counts=np.array([[4, 1], [9, 9], [1, 9], [0, 0]]))
+    """Standard errors times the root of the number of reads of the load; the median of the measured ones."""
+    means = SimpleNamespace(load=np.array([5.0, np.nan, 6.0, 7.0]), reads_of_load=np.array([4.0, 9.0, 9.0, 1.0]))
     fitted: Any = SimpleNamespace(
         model=SimpleNamespace(known=SimpleNamespace(means=means)),
         noise=SimpleNamespace(load_sd=np.array([1.0, 100.0, 1.5, 3.5])),

@@ -31,6 +31,17 @@ def problem_of(pad: SimulatedPad | DataSet, touches: Touches) -> PadProblem:
     return pad_problem(pad.sensor, touches, samples="auto", seed=0)[0]
 
 
+def test_a_load_that_one_sample_has_errs_like_one_reading() -> None:
+    """Four samples a touch; in every other touch three of them have no load."""
+    made = line()
+    touches = made.touch(np.linspace(6, 32, 12)[:, None], np.random.default_rng(4), measured=True, samples=4)
+    rare = (touches.touch % 2 == 1) & (touches.sample > 0)
+    problem = problem_of(made, touches.with_(load=np.where(rare, np.nan, touches.load)))
+    reads = np.where(problem.known.touch % 2 == 1, 1, 4)
+    assert problem.force_sd > 0
+    np.testing.assert_allclose(problem.load_share * problem.known.load, problem.force_sd / np.sqrt(reads))
+
+
 class BumpyKernel(GaussianKernel):
     """A Gaussian with a negative ring and a shoulder, which no kernel at hand has."""
 

@@ -15,7 +15,13 @@ from bayestouch.pad import held_out as module
 def test_uncertainty_of_held_out_touches_is_that_of_their_means(monkeypatch: pytest.MonkeyPatch) -> None:
     """The design is of the derivatives of means, (1, 2, 1), not of those of the six samples, (1, 6, 1)."""
     of_touches, of_samples = np.full((1, 2, 1), 3.0), np.full((1, 6, 1), 7.0)
-    means = SimpleNamespace(readings=np.array([[1.0], [2.0]]), counts=np.full((2, 1), 3), x_mm=np.zeros(2), y_mm=None)
+    means = SimpleNamespace(
+        readings=np.array([[1.0], [2.0]]),
+        counts=np.full((2, 1), 3),
+        reads_of_load=np.array([1.0, 3.0]),
+        x_mm=np.zeros(2),
+        y_mm=None,
+    )
     observed: Any = SimpleNamespace(
         means=means,
         row_touch=np.repeat([0, 1], 3),
@@ -57,3 +63,7 @@ def test_uncertainty_of_held_out_touches_is_that_of_their_means(monkeypatch: pyt
     found = module.held_out(fitted, None, observed, np.array([0.5]))
     np.testing.assert_array_equal(found.design, of_touches)
     np.testing.assert_allclose(found.residual, [[0.0], [1.0]])
+    # One reading of the load errs by the median of 0.1 and 0.1 √3; the second touch has three.
+    one = 0.05 * (1 + np.sqrt(3))
+    wanted = np.sqrt(0.01 + one**2 / np.array([1.0, 3.0])) / 0.5
+    np.testing.assert_allclose(found.noise_sd[:, 0], np.repeat(wanted, 3))

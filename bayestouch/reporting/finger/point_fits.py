@@ -88,7 +88,7 @@ def fit_points(
     """
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
-    load_sd = calibration.noise.mean_load_sd(np.maximum(counts.max(axis=1), 1))
+    load_sd = calibration.noise.mean_load_sd(means.reads_of_load)
     readings = TouchReadings(means.readings, counts, load, load_sd)
     # The search only uses what a `TouchPredictor` has: angles, outer radius, predictions.
     chain = cast(FingerChain, finger)
