@@ -1,17 +1,16 @@
-"""How often is a cause there that a diagnosis names? Shares for probabilities of causes, from two studies.
+"""How often is a cause there that a diagnosis names? Shares for probabilities of causes, from three studies.
 
 A diagnosis compares the models that it fitted. None of them may be right: an effect may follow another formula than
 that of the catalogue, and a cause that no catalogue has may imitate an effect. This study counts how often named causes
-were there, on simulated fingers whose causes are known: those of the first blind study (formulas that nobody had seen)
-and those of `causes.py` for development (formulas like those of the catalogue). Each study has half of the weight.
-`bayestouch.diagnosis.imitations` has these shares, and a test compares them.
+were there, on the fingers of the three blind studies, whose causes are known and whose formulas nobody had seen. Each
+study has the same weight. `bayestouch.diagnosis.imitations` has these shares, and a test compares them.
 
-Results of development are those of ``causes.py -o FILE --development --fingers 10 --cases 146``; of each finger, sets
-of causes with a probability below one in a million are left out.
+A second table shows what the shares are worth on fingers that were not counted: calibration error and log score of the
+probabilities in each study, with the shares of the two others.
 
     python studies/imitations.py [--docs]
 
-`--docs` writes the table of docs/diagnosis.md.
+`--docs` writes both tables of docs/diagnosis.md.
 """
 
 from __future__ import annotations
@@ -19,35 +18,55 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from _cause_rules import Forecasts
 from _page import DOCS, markdown_table, put_into_page
 from _result_lines import kept_lines
 from causes import with_statement
 
-from bayestouch.diagnosis.causes import NOTHING
-from bayestouch.diagnosis.place_or_time import IN_PLACE
+from bayestouch.diagnosis.causes import Causes
+from bayestouch.diagnosis.imitations import NO_EFFECTS, SOMETHING_ELSE, Shares, allowing, best_effect, split
 from bayestouch.diagnosis.verdict import structure_left
 
 Record = dict[str, Any]
-#: Results of each study.
-FILES = {
-    "blind study": DOCS / "results" / "blind_study" / "results.jsonl",
-    "development": DOCS / "results" / "causes" / "development.jsonl",
-}
-#: A share of fewer causes than this is too uncertain to have half of the weight.
-FEW = 10
+Row = tuple[str, bool]
 #: What is counted, in the order of the table.
-ROWS = {
+ROWS: dict[Row, str] = {
     ("first", False): "named first, nothing left",
     ("first", True): "named first, structure left",
     ("later", False): "added to others, nothing left",
     ("later", True): "added to others, structure left",
     ("in_place", True): "none named, structure left: none is there",
+    ("hidden", True): "none named, structure left: the best effect is there",
+}
+
+
+@dataclass(frozen=True)
+class Study:
+    """A blind study, and the shares that the code had that was examined.
+
+    Attributes
+    ----------
+    folder : str
+        Folder in docs/results.
+    had : Shares by structure left, or None
+        Shares that the recorded probabilities allow for; None where they allow for no imitations.
+    """
+
+    folder: str
+    had: dict[bool, Shares] | None
+
+
+HAD = {False: Shares(0.92, 0.56, 0.80, 0.0), True: Shares(0.86, 0.51, 0.80, 0.0)}
+STUDIES = {
+    "first": Study("blind_study", None),
+    "second": Study("second_blind_study", HAD),
+    "third": Study("third_blind_study", HAD),
 }
 
 
@@ -67,56 +86,110 @@ class Count:
         return self.there / self.named
 
 
-def named(record: Record) -> Iterator[tuple[tuple[str, bool], bool]]:
+def effects_of(names: Iterable[str]) -> list[str]:
+    """The names that are effects."""
+    return [each for each in names if each not in NO_EFFECTS]
+
+
+def named(record: Record) -> Iterator[tuple[Row, bool]]:
     """Row of the table and whether it was there, for each cause that the verdict of a diagnosis names."""
     left = structure_left(record["verdict"])
-    effects = [each for each in record["stated"] if each not in (IN_PLACE, NOTHING)]
+    effects = effects_of(record["stated"])
     for i, name in enumerate(effects):
         yield ("later" if i else "first", left), name in record["truth"]
     if not effects and left:
         yield ("in_place", True), record["kind"] == "unlisted"
+        best = best_effect(recorded(record))
+        yield ("hidden", True), best is not None and list(best) == list(record["truth"])
 
 
-def counted(records: Iterable[Record]) -> dict[tuple[str, bool], Count]:
+def recorded(record: Record) -> list[Causes]:
+    """The sets of causes of a result."""
+    return [Causes(tuple(each["names"]), each["probability"]) for each in record["causes"]]
+
+
+def counted(records: Iterable[Record]) -> dict[Row, Count]:
     """Counts by row, of all diagnoses that ended."""
     total = dict.fromkeys(ROWS, Count())
     for record in records:
-        if record.get("causes"):
-            for row, is_there in named(with_statement(record)):
-                before = total[row]
-                total[row] = Count(before.there + is_there, before.named + 1)
+        for row, is_there in named(record):
+            before = total[row]
+            total[row] = Count(before.there + is_there, before.named + 1)
     return total
 
 
-def shares(of: Sequence[dict[tuple[str, bool], Count]]) -> dict[tuple[str, bool], float]:
-    """Mean of the studies' shares, by row. Where one of the studies has less than ten causes, the share is of all."""
-    out = {}
-    for row in ROWS:
-        counts = [each[row] for each in of]
-        total = Count(sum(each.there for each in counts), sum(each.named for each in counts))
-        few = min(each.named for each in counts) < FEW
-        out[row] = total.share if few else sum(each.share for each in counts) / len(counts)
-    return out
+def shares(of: Sequence[dict[Row, Count]]) -> dict[Row, float]:
+    """Mean of the studies' shares, by row."""
+    return {row: sum(each[row].share for each in of) / len(of) for row in ROWS}
 
 
-def results() -> dict[str, dict[tuple[str, bool], Count]]:
-    """Counts of each study."""
-    return {name: counted(kept_lines(path)) for name, path in FILES.items()}
+def by_structure(share: dict[Row, float]) -> dict[bool, Shares]:
+    """The shares as the package has them, by whether structure is left."""
+    of_place = share["in_place", True], share["hidden", True]
+    return {left: Shares(share["first", left], share["later", left], *of_place) for left in (False, True)}
 
 
-def table(found: dict[str, dict[tuple[str, bool], Count]]) -> str:
+def results() -> dict[str, list[Record]]:
+    """Diagnoses of each study that ended, with what they state."""
+    return {
+        name: [
+            with_statement(each)
+            for each in kept_lines(DOCS / "results" / one.folder / "results.jsonl")
+            if each.get("causes")
+        ]
+        for name, one in STUDIES.items()
+    }
+
+
+def as_fitted(causes: Sequence[Causes], had: Shares) -> list[Causes]:
+    """Probabilities as if one of the fitted sets were right, from those that allow for imitations with shares `had`."""
+    left, out = {each.names: each.probability for each in causes}, list[Causes]()
+    # Each set has given parts to smaller ones only. So what a largest set has now is a known part of what it had.
+    for names in sorted(left, key=len, reverse=True):
+        if names == (SOMETHING_ELSE,):
+            continue
+        parts = dict(split(names, had, None))
+        whole = max(left[names] / parts[names], 0.0)
+        out.append(Causes(names, whole))
+        for part, share in parts.items():
+            left[part] = left.get(part, 0.0) - share * whole
+    return sorted(out, key=lambda each: -each.probability)
+
+
+def again(record: Record, had: dict[bool, Shares] | None, now: dict[bool, Shares]) -> Record:
+    """The result with probabilities of causes that allow for imitations with the shares `now`."""
+    left = structure_left(record["verdict"])
+    fitted = recorded(record) if had is None else as_fitted(recorded(record), had[left])
+    return {**record, "causes": [asdict(each) for each in allowing(fitted, now[left], best_effect(recorded(record)))]}
+
+
+def left_out(found: dict[str, list[Record]]) -> str:
+    """Calibration error and log scores of each study with the shares of the others."""
+    counts = {name: counted(records) for name, records in found.items()}
+    rows = []
+    for name, records in found.items():
+        now = by_structure(shares([each for other, each in counts.items() if other != name]))
+        of = Forecasts.of([again(each, STUDIES[name].had, now) for each in records])
+        scores = f"{of.calibration_error:.3f}", f"{of.log_score:.2f}", f"{of.rule_log_score:.2f}"
+        rows.append([name, str(len(records)), *scores])
+    return markdown_table(["study", "fingers", "calibration error", "log score", "log score of the verdict"], rows)
+
+
+def table(found: dict[str, list[Record]]) -> str:
     """Counts of each study, and the shares that follow."""
-    share = shares(list(found.values()))
-    rows = [[text, *(str(each[row]) for each in found.values()), f"{share[row]:.2f}"] for row, text in ROWS.items()]
-    return markdown_table(["causes", *found, "share"], rows)
+    counts = {name: counted(records) for name, records in found.items()}
+    share = shares(list(counts.values()))
+    rows = [[text, *(str(each[row]) for each in counts.values()), f"{share[row]:.2f}"] for row, text in ROWS.items()]
+    return markdown_table(["causes", *counts, "share"], rows)
 
 
 def main(arguments: list[str] | None = None) -> str:
-    """Print the table."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--docs", action="store_true", help="write the table of docs/diagnosis.md")
+    parser.add_argument("--docs", action="store_true", help="write the tables of docs/diagnosis.md")
     given = parser.parse_args(arguments)
-    text = table(results())
+    found = results()
+    text = f"{table(found)}\nWith the shares of the two other studies:\n\n{left_out(found)}"
     print(text)
     if given.docs:
         put_into_page("imitations.py", text, DOCS / "diagnosis.md")

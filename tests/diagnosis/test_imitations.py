@@ -46,6 +46,17 @@ def test_nothing_is_left_as_it_is_and_a_place_alone_may_be_an_effect() -> None:
     assert found[SOMETHING_ELSE,] == pytest.approx(0.2 * (1 - NOTHING_LEFT.in_place))
 
 
+def test_the_effect_that_predicted_best_may_hide_in_the_place() -> None:
+    """A drift that was not added has no name of an effect, and a set of two is none that predicted best by itself."""
+    sets = ((IN_PLACE,), 0.9), ((IN_TIME,), 0.1), (("creep", IN_PLACE), 0.0), (("memory",), 0.0), (("creep",), 0.0)
+    found = split(*sets, structure_left=True)
+    assert found["memory",] == pytest.approx(0.9 * STRUCTURE_LEFT.hidden)
+    assert found[IN_PLACE,] == pytest.approx(0.9 * STRUCTURE_LEFT.in_place)
+    assert found["creep",] == 0.0
+    rest = 1 - STRUCTURE_LEFT.in_place - STRUCTURE_LEFT.hidden
+    assert found[SOMETHING_ELSE,] == pytest.approx(0.9 * rest + 0.1 * (1 - STRUCTURE_LEFT.first))
+
+
 @given(st.lists(st.permutations(NAMES), min_size=1, max_size=3), st.integers(1, 4), st.booleans())
 def test_each_cause_is_there_with_its_share(orders: list[list[str]], length: int, structure_left: bool) -> None:
     """Probabilities sum to one; what is named first, or later, is there with its share, whatever else is named."""
