@@ -20,7 +20,7 @@ from bayestouch.model.whitening import Whitening
 NUMBERS = (3, 5, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500)
 # Squared whitened difference that is needed for a decision.
 ENOUGH = (2 * ERRORS) ** 2
-NOTHING = "no 500 touches with the tips, locations and loads that were used distinguish them"
+UNDECIDED = "no 500 touches with the tips, locations and loads that were used distinguish them"
 
 
 @dataclass(frozen=True)
@@ -89,14 +89,14 @@ def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -
         number = int(np.ceil(ENOUGH / max(square, 1e-9)))
         if number <= NUMBERS[-1]:
             return Advice(names, number, "of one kind (tip, location, load), spread evenly over the whole time")
-        return Advice(names, None, NOTHING)
+        return Advice(names, None, UNDECIDED)
     difference, spread = separation(one.fitted, two.fitted, possible.observed)
     table = np.array([_decides(difference[rows], spread[:, rows]) for _, rows in possible.series])
     for number, squares in zip(NUMBERS, table.T, strict=True):
         best = int(np.argmax(squares))
         if squares[best] >= ENOUGH:
             return Advice(names, number, possible.series[best][0])
-    return Advice(names, None, NOTHING)
+    return Advice(names, None, UNDECIDED)
 
 
 def _place_or_time_advice(last: SearchRound, drift: str) -> Advice:
@@ -112,7 +112,7 @@ def _place_or_time_advice(last: SearchRound, drift: str) -> Advice:
     square = float((error**2 / (1 + (error**2).mean(axis=0))).sum(axis=1).mean())
     number = next((each for each in NUMBERS if each * square >= ENOUGH), None)
     what = "at the first places again, at the end, or as many as before in a random order"
-    return Advice((drift, IN_PLACE), number, what if number is not None else NOTHING)
+    return Advice((drift, IN_PLACE), number, what if number is not None else UNDECIDED)
 
 
 def _decides(difference: FloatArray, spread: FloatArray) -> FloatArray:

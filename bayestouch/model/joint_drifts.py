@@ -30,7 +30,7 @@ FREE = len(BEGINNING)
 
 # Logarithm of a prior density that is zero in double precision. In the filter, a drift of a size beyond (some 38 sds of
 # its prior) would be lost to rounding.
-NOTHING = -700.0
+LEAST_LOG_PRIOR = -700.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +79,12 @@ class DriftEntries:
     def log_prior(self, logs: FloatArray) -> FloatArray:
         """Log prior density (...) of entries (..., 2 q), with the derivative of the values over the logarithms.
 
-        It is ``-inf`` where the log density of a value is below `NOTHING`.
+        It is ``-inf`` where the log density of a value is below `LEAST_LOG_PRIOR`.
         """
         total = logs.sum(axis=-1)
         for i, parameter in enumerate(self.parameters):
             log_density = parameter.prior.log_density(np.exp(logs[..., i]))
-            total = total + np.where(log_density < NOTHING, -np.inf, log_density)
+            total = total + np.where(log_density < LEAST_LOG_PRIOR, -np.inf, log_density)
         return np.asarray(total)
 
     def at(self, logs: FloatArray) -> tuple[Drift, ...]:

@@ -12,7 +12,7 @@ from bayestouch.model.fitting import Drift, Fitted, fit
 from bayestouch.model.noise import NoiseModel
 
 # Relative change of the peaks at which the iteration ends (far below one sd of any value); largest number of fits.
-SETTLED, MOST_FITS = 2e-4, 6
+SAME_PEAKS, MOST_FITS = 2e-4, 6
 
 
 def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel, drifts: tuple[Drift, ...]) -> Fitted:
@@ -24,7 +24,7 @@ def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel,
     for _ in range(MOST_FITS):
         fitted = fit(model, start, noise, drifts)
         peak = fitted.model.peak_at(fitted.vector)
-        if np.all(np.abs(peak / model.peak - 1) < SETTLED):
+        if np.all(np.abs(peak / model.peak - 1) < SAME_PEAKS):
             break
         # Shares of the noise are rescaled: the noise in the unit of the readings does not change.
         ratio = float(model.peak.mean() / peak.mean())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayestouch.diagnosis import measure
-from bayestouch.diagnosis.measure import ENOUGH, NOTHING, NUMBERS, Advice, advice
+from bayestouch.diagnosis.measure import ENOUGH, NUMBERS, UNDECIDED, Advice, advice
 from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.effects.random import BaselineDrift
 from bayestouch.model.base import PossibleTouches
@@ -31,12 +31,12 @@ def test_what_decides_is_twice_the_errors_squared() -> None:
     """A difference D favours the right model by D²/2 with sd D: D²/2 = 3 D at D = 6."""
     assert ENOUGH == 36.0
     assert NUMBERS == (3, 5, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500)
-    assert "500 touches" in NOTHING
+    assert "500 touches" in UNDECIDED
 
 
 def test_advice_in_words() -> None:
     assert str(Advice(("a", "b"), 20, "with a flat")) == "To decide between a and b: about 20 more touches with a flat."
-    assert str(Advice(("a", "b"), None, NOTHING)) == f"To decide between a and b: {NOTHING}."
+    assert str(Advice(("a", "b"), None, UNDECIDED)) == f"To decide between a and b: {UNDECIDED}."
 
 
 def test_squares_without_anything_left_open() -> None:
@@ -74,7 +74,7 @@ def test_least_number_that_decides(monkeypatch: pytest.MonkeyPatch, differs: flo
     """The flat shows it: n touches whiten to n times the square."""
     found = decide(monkeypatch, [0, 0, 0, differs * (1 + 1e-12), 0, 0])
     assert found.between == ("one", "two") and found.number == number
-    assert found.touches == (NOTHING if number is None else "with a flat")
+    assert found.touches == (UNDECIDED if number is None else "with a flat")
 
 
 @pytest.mark.parametrize(("square", "number"), [(36 / 7.5, 8), (36 / 500, 500), (36 / 501, None)])
@@ -87,7 +87,7 @@ def test_numbers_of_touches_in_time(monkeypatch: pytest.MonkeyPatch, square: flo
     found = measure._advice(before, PossibleTouches(before, ()), drift, tried("two"))
     assert found.number == number
     kind = "of one kind (tip, location, load), spread evenly over the whole time"
-    assert found.touches == (NOTHING if number is None else kind)
+    assert found.touches == (UNDECIDED if number is None else kind)
 
 
 def test_which_pair_is_undecided() -> None:
@@ -177,7 +177,7 @@ def test_touches_that_decide_between_a_drift_and_a_place(error: float, number: i
     assert found is not None and found.between == ("baseline_drift", "something in place")
     assert found.number == number
     if number is None:
-        assert found.touches == NOTHING
+        assert found.touches == UNDECIDED
     else:
         assert found.touches.startswith("at the first places again, at the end")
     last.place_or_time = (PlaceOrTime("baseline_drift", {"times": (9.0, 1.0)}),)

@@ -27,7 +27,7 @@ TEMPLATE_SHARES = np.array([0.03, 0.15, 0.35, 0.55, 0.75, 0.9, 0.98])
 TEMPLATE_STEP = np.radians(1.0)
 # Newton steps from a template: largest number, and length (sd) at which the search ends before and after the
 # covariance of the calibration is known; how many times a step that goes too far is made shorter.
-STEPS, NEAR, SETTLED, SHORTER = 30, 0.3, 0.2, 8
+MOST_STEPS, NEAR, SETTLED, SHORTER = 30, 0.3, 0.2, 8
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
 APART, AS_WELL = np.radians(6.0), 8.0
 ELSEWHERE = "a distant location fits about as well"
@@ -208,7 +208,7 @@ def _covariance_table(reader: FingerTouchReader) -> CovarianceTable:
 def _climb(one: OneTouch, here: Expansion, settled: float) -> Expansion:
     """Expansion at the mode, by a damped Newton search from an expansion; as `modes.find_modes` for one touch."""
     damping = 1e-2
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         step = here.newton_step(damping)
         if step @ here.gradient < settled**2:
             break

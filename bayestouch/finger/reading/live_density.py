@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.finger.reading.modes import STEPS
+from bayestouch.finger.reading.modes import DIFFERENCES
 from bayestouch.finger.reading.reader import CalibratedFinger, TouchContext
 from bayestouch.finger.reading.reading_table import ReadingTable
 
@@ -142,7 +142,7 @@ class OneTouch:
 
     def expansion(self, x: FloatArray) -> Expansion:
         """Expansion of the log density at x (3,); as in `modes`."""
-        steps = STEPS * (1.0, 1.0, max(float(x[2]), 1e-3))
+        steps = DIFFERENCES * (1.0, 1.0, max(float(x[2]), 1e-3))
         places = x + _MOVES * steps
         columns = np.ascontiguousarray(places.T)
         columns[0] = self.radii(columns[0])
@@ -156,7 +156,7 @@ class OneTouch:
             return Expansion(x, -np.inf, -np.inf, np.zeros(3), np.eye(3), steps, rows)
         z = ((rows - self.readings) @ self.whitener).astype(np.float64)
         jacobian = (z[1:4] - z[4:]) / (2 * steps[:, None])
-        h = STEPS[0]
+        h = DIFFERENCES[0]
         here, up, down = np.interp((w, w + h, w - h), self.w_grid, self.w_log_prior).tolist()
         gradient = -(jacobian @ z[0])
         gradient[0] += (up - down) / (2 * h)

@@ -17,7 +17,7 @@ from bayestouch.finger.reading.conditional_modes import ANGLE_STEP, LEAST_WEIGHT
 from bayestouch.finger.reading.live_density import OneTouch
 
 # Newton steps of location and load for the indenters: largest number, and length (sd) at which the search ends.
-STEPS, SETTLED = 12, 0.7
+MOST_STEPS, SETTLED = 12, 0.7
 # Difference of log probability from the most probable indenter at which an indenter is negligible.
 NEGLIGIBLE = 12.0
 # Centre, and both neighbours in location (rad) and in load (in steps).
@@ -98,7 +98,7 @@ def _conditional_modes(
     wide, precision = np.repeat(radius, 5), 0.0
     if touch.load == touch.load:
         precision = 1 / touch.load_sd**2
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         scale = np.maximum(load, 1e-3)
         load_step = LOAD_STEP * scale
         angles = (angle[:, None] + _ANGLES).ravel()

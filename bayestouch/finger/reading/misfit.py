@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import CalibrationCovariance, reading_covariance
-from bayestouch.finger.reading.modes import STEPS, find_modes
+from bayestouch.finger.reading.modes import difference_steps, find_modes
 from bayestouch.finger.reading.reader import (
     CalibratedFinger,
     FingerPosterior,
@@ -134,7 +134,7 @@ class FingerMisfit:
 
     def _expand(self, posterior: FingerPosterior, mode: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Readings and load (t, m + 1) at the modes, and their derivatives over the coordinates (t, 3, m + 1)."""
-        steps = STEPS * np.stack([np.ones(len(mode)), np.ones(len(mode)), np.maximum(mode[:, 2], 1e-3)], axis=-1)
+        steps = difference_steps(mode)
         moves = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
         places = mode[:, None] + moves * steps[:, None]
         radius, load = posterior.radius(places[..., 0]), np.maximum(places[..., 2], 0.0)

@@ -16,7 +16,7 @@ START_SHARES = np.array([0.05, 0.35, 0.65, 0.93])
 GRID_STEP = np.radians(1.0)
 # Steps of central differences in w, rad and share of the load: large enough for a reading table that is linear between
 # knots, small enough for a relative error of the derivative of 1e-3.
-STEPS = np.array([3e-2, 3e-3, 3e-3])
+DIFFERENCES = np.array([3e-2, 3e-3, 3e-3])
 # Number of starts that are optimised: the best of those at the start shares.
 KEPT = 2
 MAX_ITERATIONS = 40
@@ -118,9 +118,14 @@ def _climb(
     return x, value, hessian
 
 
+def difference_steps(x: FloatArray) -> FloatArray:
+    """Steps of central differences about points x (n, 3) of w, angle in rad and load, (n, 3)."""
+    return np.asarray(DIFFERENCES * np.stack([np.ones(len(x)), np.ones(len(x)), np.maximum(x[:, 2], 1e-3)], axis=-1))
+
+
 def _expansion(posterior: FingerPosterior, x: FloatArray, blocks: IntArray) -> tuple[FloatArray, FloatArray]:
     """Gradient of the log density and minus its (Gauss-Newton) Hessian, (n, 3) and (n, 3, 3)."""
-    steps = STEPS * np.stack([np.ones(len(x)), np.ones(len(x)), np.maximum(x[:, 2], 1e-3)], axis=-1)
+    steps = difference_steps(x)
     # Centre, and both neighbours along each coordinate: 7 points in one call.
     moves = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
     places = x[:, None] + moves * steps[:, None]

@@ -14,7 +14,7 @@ from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
 from bayestouch.finger.reading.effects import EffectContext, timed_scale_and_shift, timed_slopes
-from bayestouch.finger.reading.modes import find_modes, with_whitener
+from bayestouch.finger.reading.modes import difference_steps, find_modes, with_whitener
 from bayestouch.finger.reading.reader import (
     FingerPosterior,
     TouchReadings,
@@ -29,8 +29,6 @@ from bayestouch.model.timing import Timing
 
 # Number of rounds of fits of the touches and estimates of the drifts; the third changes the result negligibly.
 ROUNDS = 3
-# Steps of central differences in w, rad and share of the load.
-STEPS = np.array([3e-2, 3e-3, 3e-3])
 
 
 def observe(
@@ -140,7 +138,7 @@ def _evidence(posterior: FingerPosterior, mode: FloatArray, noise: Noise) -> Tou
     """Information of each touch on an addition to its readings."""
     readings, context = posterior.touches, posterior.touches.context
     assert isinstance(context, EffectContext)
-    steps = STEPS * np.stack([np.ones(len(mode)), np.ones(len(mode)), np.maximum(mode[:, 2], 1e-3)], axis=-1)
+    steps = difference_steps(mode)
     slopes = []
     for i in range(3):
         move = steps * np.eye(3)[i]

@@ -54,7 +54,6 @@ def evidence() -> Any:
 
 def test_settings() -> None:
     assert module.ROUNDS == 3
-    np.testing.assert_array_equal(module.STEPS, [0.03, 0.003, 0.003])
 
 
 def test_what_a_touch_says_of_an_addition() -> None:
