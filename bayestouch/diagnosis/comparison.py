@@ -100,7 +100,7 @@ def refit_all(
     errors: float,
     least: float,
     scheduler: str | None,
-    progress: Callable[[int], None],
+    progress: Callable[[int], None] = lambda number: None,
 ) -> list[Tried]:
     """Result of `refit` for each candidate, from the cluster at `scheduler` if given; reports how many are done."""
     return in_order(scheduler, _refit_one, (fitted, before, errors, least), candidates, progress)

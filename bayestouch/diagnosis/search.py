@@ -17,7 +17,6 @@ from bayestouch.diagnosis.comparison import (
     held_out_each_way,
     is_clear,
     paired,
-    refit,
     refit_all,
     tried_noise,
 )
@@ -242,7 +241,7 @@ def one_round(
         scored_gain = float("nan") if _passes(c.z, trials) else c.gain - float(np.log(c.trials))
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
-    tried = _with_looser(_best_first(tried), fitted, before, least, possible)
+    tried = _with_looser(_best_first(tried), fitted, before, least, possible, scheduler)
     real = [each for each in tried if _is_real(each, trials, least)]
     drifts = {each.effect.name: each.held_out for each in real if each.effect.random and each.held_out is not None}
     faced = place_or_time(fitted, drifts, in_place)
@@ -277,24 +276,35 @@ def _best_first(tried: list[Tried]) -> list[Tried]:
     return sorted(tried, key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
 
 
-def _with_looser(tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float) -> list[Tried]:
+def _with_looser(
+    tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float, scheduler: str | None
+) -> list[Tried]:
     """The candidates; the best ones in their looser form where this is clearly better.
 
     It is not tried where the candidate leaves no relevant misfit as it is.
     """
     refitted = [each for each in tried if each.fitted is not None and not each.effect.random]
     plain = [each for each in refitted if each.gain > least and each.share >= SHARE][:LOOSER]
+    possibly = [each for each in plain if not _is_small(each.fitted) and each.difference is not None]
+    candidates = [found for each in possibly if (found := _in_looser_form(each, fitted.model.n_elements)) is not None]
     better: dict[str, Tried] = {}
-    for each in (each for each in plain if not _is_small(each.fitted)):
-        effect = each.effect.looser(fitted.model.n_elements)
-        if effect is None or effect == each.effect or each.difference is None or each.signature is None:
-            continue
-        start = (*each.start, *(0.0,) * (len(effect.parameters) - len(each.start)))
-        candidate = Candidate(effect, start, each.z, 1, each.gain, each.seen, each.signature)
-        again = refit(fitted, candidate, before, ERRORS, least)
-        if again.difference is not None and is_clear(again.difference - each.difference):
-            better[effect.name] = replace(again, share=_share(again, candidate, possible))
+    by_name = {each.effect.name: each for each in possibly}
+    for candidate, again in zip(
+        candidates, refit_all(fitted, candidates, before, ERRORS, least, scheduler), strict=True
+    ):
+        one = by_name[again.effect.name]
+        if again.difference is not None and one.difference is not None and is_clear(again.difference - one.difference):
+            better[again.effect.name] = replace(again, share=_share(again, candidate, possible))
     return _best_first([better.get(each.effect.name, each) for each in tried])
+
+
+def _in_looser_form(tried: Tried, n_elements: int) -> Candidate | None:
+    """The candidate in its looser form, which begins where it is; None if there is no such form."""
+    effect = tried.effect.looser(n_elements)
+    if effect is None or effect == tried.effect or tried.signature is None:
+        return None
+    start = (*tried.start, *(0.0,) * (len(effect.parameters) - len(tried.start)))
+    return Candidate(effect, start, tried.z, 1, tried.gain, tried.seen, tried.signature)
 
 
 def _smallest_gain(fitted: Fitted) -> float:

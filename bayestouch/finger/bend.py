@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.parallel.parts import of_parts
 
 # Number of points for each coefficient; their spread over that of the normal approximation; number of standard
 # deviations beyond which the shift is constant.
@@ -71,19 +72,19 @@ class Bend:
         margin = 1e-3 * np.sqrt(np.diag(covariance))
         z = WIDER * rng.standard_normal((count, k))
         values = np.clip(centre + z @ root.T, ends[0] + margin, ends[1] - margin)
-        steps: list[FloatArray] = []
-        longest = 0.0
-        for each in values:
-            shift, length = step(each)
-            steps.append(shift)
-            longest = max(longest, length)
-            if len(steps) == FEW and longest < STRAIGHT:
-                return None
-        if longest < SLIGHT:
+        found = [step(each) for each in values[:FEW]]
+        if max(length for _, length in found) < STRAIGHT:
+            return None
+        found += of_parts(step, list(values[FEW:]))
+        if max(length for _, length in found) < SLIGHT:
             return None
         scale = np.asarray(np.linalg.inv(root), dtype=np.float64)
         at = np.clip((values - centre) @ scale.T, -FARTHEST, FARTHEST)
-        return cls(centre, scale, np.asarray(np.linalg.lstsq(terms(at), np.array(steps), rcond=None)[0]))
+        return cls(
+            centre,
+            scale,
+            np.asarray(np.linalg.lstsq(terms(at), np.array([shift for shift, _ in found]), rcond=None)[0]),
+        )
 
 
 def terms(x: FloatArray) -> FloatArray:

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 
 import numpy as np
+from scipy.linalg import lstsq
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.layout import FlatLayout
@@ -54,7 +54,9 @@ class Polynomials:
     @classmethod
     def of(cls, nodes: FloatArray, values: FloatArray, degree: int, noise: FloatArray) -> Polynomials:
         """Least-squares fit to values (n, t, m) at nodes (n, v); terms far below `noise` (t, m) are left out."""
-        found = np.linalg.lstsq(monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
+        # A QR factorisation: with two thousand terms it takes half as long as the singular values of `numpy`.
+        terms = monomials(nodes.T, degree).T
+        found = lstsq(terms, values.reshape(len(values), -1), lapack_driver="gelsy", check_finite=False)[0]
         found = found.reshape(len(found), *values.shape[1:])
         squares = ((found / noise) ** 2).sum(axis=(1, 2))
         order = np.argsort(squares)
@@ -166,7 +168,10 @@ def monomials(place: FloatArray, degree: int) -> FloatArray:
 @lru_cache(maxsize=8)
 def powers(degree: int, variables: int) -> tuple[tuple[int, ...], ...]:
     """Powers of some variables up to a total degree, in order of the degree."""
-    return tuple(sorted((p for p in product(range(degree + 1), repeat=variables) if sum(p) <= degree), key=sum))
+    every: list[tuple[int, ...]] = [()]
+    for _ in range(variables):
+        every = [(*one, power) for one in every for power in range(degree - sum(one) + 1)]
+    return tuple(sorted(every, key=sum))
 
 
 @lru_cache(maxsize=8)

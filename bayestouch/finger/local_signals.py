@@ -18,6 +18,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.levels import Levels
 from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, chain_coordinates, monomials, powers
 from bayestouch.finger.model import FingerModel
+from bayestouch.parallel.parts import of_parts
 
 # Range of the polynomials in standard deviations, and their total degree for slopes over the load.
 REACH, SLOPE_DEGREE = 4.0, 2
@@ -88,7 +89,7 @@ class ExactSignals:
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """See `LocalSignals`."""
-        found = [exact_signal(self.model, vector) for vector in vectors]
+        found = of_parts(lambda vector: exact_signal(self.model, vector), list(vectors))
         signals, slopes = (np.stack(each) for each in zip(*found, strict=True))
         return signals, slopes
 
@@ -164,7 +165,7 @@ def _exact_at(model: FingerModel, at_levels: list[FloatArray]) -> tuple[FloatArr
 
     For each vector all levels are evaluated in turn, since the chain keeps tables that they share.
     """
-    found = [[exact_signal(model, vector) for vector in each] for each in zip(*at_levels, strict=True)]
+    found = of_parts(lambda each: [exact_signal(model, vector) for vector in each], list(zip(*at_levels, strict=True)))
     signals, slopes = (np.array([[pair[i] for pair in each] for each in found]) for i in (0, 1))
     return np.swapaxes(signals, 0, 1), np.swapaxes(slopes, 0, 1)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,8 @@ class EffectFit:
         Covariance of the n coordinates of the chain and of the values of its effects, at the centre.
     shape : NoiseShape
         Approximate density of the coordinates of the noise.
+    density : EffectDensity
+        Exact log posterior, with an evaluator that is fast near the centre.
     to_vectors : PosteriorMap
         Change of variables in which the posterior is close to normal.
     """
@@ -75,19 +77,8 @@ class EffectFit:
     vector: FloatArray
     covariance: FloatArray
     shape: NoiseShape
+    density: EffectDensity
     to_vectors: PosteriorMap
-
-    @cached_property
-    def density(self) -> EffectDensity:
-        """Exact log posterior, with an evaluator that is fast near the centre."""
-        posterior, n = self.posterior, self.posterior.layout.n_chain
-        spread = StandardErrors.of(posterior.known, posterior.layout, self.vector)
-        sd = np.sqrt(np.diag(self.covariance))
-        if posterior.columns is not None:
-            # The noise without the discrepancy, whose first guess may be far too large.
-            noise = np.exp(self.vector[posterior.layout.noise]) * np.sqrt(posterior.known.shares)
-            posterior = replace(posterior, columns=seen_columns(posterior.columns, noise))
-        return EffectDensity(posterior, EffectPrediction.of(posterior.model, self.vector[:n], sd, spread.sd))
 
     @property
     def centre(self) -> FloatArray:
@@ -104,11 +95,10 @@ class EffectFit:
         parameters at their bounds together may place the centre where the density is zero; every map is exact, but from
         there no chain finds its way.
         """
-        density = self.density
-        least = float(density(self.vector[None])[0]) - LOST
+        least = float(self.density(self.vector[None])[0]) - LOST
 
         def usable(to_vectors: PosteriorMap) -> bool:
-            return bool(density(to_vectors(self.centre[None])[0])[0] > least)
+            return bool(self.density(to_vectors(self.centre[None])[0])[0] > least)
 
         found, left = self.to_vectors, iter(others)
         while not usable(found) and (other := next(left, None)) is not None:
@@ -172,7 +162,8 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     along = along.with_bounds_reached(ridges, (low, high))
     bent = 0 < at.n_values <= MOST_BENT
     bend = _bend(fitted, posterior, along, ridges, (low, high)) if bent else None
-    fit = EffectFit(posterior, vector, covariance, shape, along.map(made, ridges=ridges, bend=bend))
+    density = _density_near(posterior, vector, covariance)
+    fit = EffectFit(posterior, vector, covariance, shape, density, along.map(made, ridges=ridges, bend=bend))
 
     def simpler() -> Iterator[PosteriorMap]:
         # Each is made only if the one before it is not usable.
@@ -181,6 +172,18 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         yield plain.uncoupled().map(made)
 
     return fit.with_usable_map(simpler())
+
+
+def _density_near(posterior: EffectPosterior, vector: FloatArray, covariance: FloatArray) -> EffectDensity:
+    """Exact log posterior, with an evaluator that is fast near a vector (d,)."""
+    n = posterior.layout.n_chain
+    spread = StandardErrors.of(posterior.known, posterior.layout, vector)
+    if posterior.columns is not None:
+        # The noise without the discrepancy, whose first guess may be far too large.
+        noise = np.exp(vector[posterior.layout.noise]) * np.sqrt(posterior.known.shares)
+        posterior = replace(posterior, columns=seen_columns(posterior.columns, noise))
+    near = EffectPrediction.of(posterior.model, vector[:n], np.sqrt(np.diag(covariance)), spread.sd)
+    return EffectDensity(posterior, near)
 
 
 @dataclass(frozen=True, eq=False)

@@ -379,13 +379,18 @@ def scored_round(
     noise: list[Any],
     correction: Any = None,
     progress: Any = None,
+    in_looser_form: Any = None,
 ) -> tuple[SearchRound, dict[str, Any]]:
     """One round with these scores, and what each name becomes when it is refitted; 1000 readings, excess 40."""
     said: dict[str, Any] = {"progress": []}
     model = SimpleNamespace(n_elements=8)
     fitted = SimpleNamespace(names=("hum",), n_readings=1000, excess=40.0, linear=None, model=model)
 
-    def refit(fitted: Any, leading: Any, before: Any, errors: float, least: float, scheduler: Any, done: Any) -> Any:
+    def refit(
+        fitted: Any, leading: Any, before: Any, errors: float, least: float, scheduler: Any, done: Any = None
+    ) -> Any:
+        if done is None:
+            return [in_looser_form(each, errors) for each in leading]
         said.update(leading=[each.effect.name for each in leading], before=before, errors=errors, least=least)
         for number in range(1, len(leading) + 1):
             done(number)
@@ -489,15 +494,15 @@ def test_the_looser_form_is_taken_where_it_is_clearly_better(
     for name in ("a", "small", "little"):
         refitted[name].effect.looser = lambda m: looser if m == 8 else None
 
-    def refit(fitted: Any, candidate: Any, before: Any, errors: float, least: float) -> Any:
+    def refit(candidate: Any, errors: float) -> Any:
         names.append(candidate.effect.name)
         assert candidate.start == (7.0, 0.0, 0.0) and errors == 3.0
         return priced("a", 2.0, gain=95.0, of_means=38.0, difference=shape + better + shape * 0.1)
 
-    monkeypatch.setattr(search, "refit", refit)
     for each in refitted.values():
         object.__setattr__(each, "signature", "shape")
-    found, _ = scored_round(monkeypatch, [candidate(name) for name in refitted], refitted, [])
+    scored = [candidate(name) for name in refitted]
+    found, _ = scored_round(monkeypatch, scored, refitted, [], in_looser_form=refit)
     assert names == ["a"]
     first = next(each for each in found.tried if each.effect.name == "a")
     assert (first.gain, first.share) == ((95.0, 38 / 40) if taken else (90.0, 30 / 40))
