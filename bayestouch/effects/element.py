@@ -20,6 +20,11 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 # Parameter of an element whose share differs from that of all, and the standard deviation of its prior: shares of parts
 # that are not made by a machine differ by about a half.
 EXCESS, SPREAD = "relative excess of the share", 0.5
+# Largest relative excess of the leak from one side. The other side then leaks a ninth of it; at one it would leak none.
+MOST_LEAN = 0.8
+# Neighbours in the plane are nearer than this many times the nearest one: the next ones in a row, not those across a
+# diagonal (1.41 on a square grid).
+NEAR_PITCHES = 1.2
 
 
 @dataclass(frozen=True)
@@ -79,7 +84,8 @@ class Crosstalk(Effect):
         reach = EffectParameter(
             "reach", "", "share of an element over that of the nearer one", Uniform(0, 1), (0.1, 0.9)
         )
-        lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
+        prior = Normal(0.0, 0.2, -MOST_LEAN, MOST_LEAN)
+        lean = EffectParameter("lean", "", "relative excess from smaller angles", prior, (0.0,))
         return cls((share, reach, lean), pairs)
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
@@ -198,7 +204,7 @@ def of_elements(own: Sequence[float]) -> FloatArray:
 
 
 def neighbours(setting: Setting) -> tuple[tuple[int, int], ...]:
-    """Ordered pairs of neighbouring elements: adjacent ones on a line, those within 1.2 pitches in the plane."""
+    """Ordered pairs of neighbours: adjacent elements on a line, those within `NEAR_PITCHES` in the plane."""
     m = setting.n_elements
     if m < 2:
         return ()
@@ -208,5 +214,5 @@ def neighbours(setting: Setting) -> tuple[tuple[int, int], ...]:
         return tuple(pairs + [(j, i) for i, j in pairs])
     distance = np.sqrt(sum((axis[:, None] - axis) ** 2 for axis in setting.element_place))
     np.fill_diagonal(distance, np.inf)
-    near = distance <= 1.2 * distance.min(axis=1, keepdims=True)
+    near = distance <= NEAR_PITCHES * distance.min(axis=1, keepdims=True)
     return tuple((int(i), int(j)) for i, j in np.argwhere(near | near.T))

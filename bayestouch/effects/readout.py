@@ -17,6 +17,11 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 FAR = 5.0
 # Largest power of a gain curve; higher powers overflow. Least reading over the peak of which powers are taken.
 STEEP, LEAST = 50.0, 1e-3
+# Least gain over that at zero: where the gain vanishes, a fit has no slope and does not find its way back.
+LEAST_GAIN = 0.05
+# Least power of the strain in the share of a slow change. At -1 the change would be the same for any strain, and with
+# still lower powers a small strain would leave more than a large one.
+LEAST_STRAIN_POWER = -0.9
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,7 @@ class GainNonlinearity(Effect):
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
         power = min(power, STEEP)
         change = share * of_elements(own) * size**power + (second * size ** (0.5 * power) if second else 0.0)
-        return np.asarray(recording.signal * np.maximum(1 + change, 0.05))
+        return np.asarray(recording.signal * np.maximum(1 + change, LEAST_GAIN))
 
 
 @dataclass(frozen=True)
@@ -216,7 +221,7 @@ class Memory(Effect):
 
 def _of_strain(n_elements: int) -> tuple[EffectParameter, ...]:
     """Parameters of a share of each element's own that depends on the strain."""
-    power = EffectParameter("strain_power", "", "power of the reading", Normal(0.0, 1.0, -0.9), (0.0,))
+    power = EffectParameter("strain_power", "", "power of the reading", Normal(0.0, 1.0, LEAST_STRAIN_POWER), (0.0,))
     return (*own_parameters(n_elements, EXCESS, SPREAD), power)
 
 

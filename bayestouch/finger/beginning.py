@@ -11,11 +11,11 @@ from bayestouch.finger.calibration import finger_calibration, with_identified_ma
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import errs_by_element, table_of
 from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.fit_with_effects import effect_fit
 from bayestouch.finger.held_out import held_out
 from bayestouch.finger.log_density import density_of_fit, density_with_effects
 from bayestouch.finger.place.fit import fit_of_places, fit_with_places
 from bayestouch.finger.place.functions import PlaceFunctions
-from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.finger.touch_errors import read_held_out
 from bayestouch.model.added import AddedEffect

@@ -13,12 +13,13 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.effects import Effect, Setting
 from bayestouch.finger.calibration import layout
 from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import noise_of
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import draws_by_name, linear_vectors
 from bayestouch.finger.requested import groups_with_effects
-from bayestouch.finger.sampling_with_effects import EffectFit, effect_fit, sample_effects
+from bayestouch.finger.sampling_with_effects import sample_effects
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted

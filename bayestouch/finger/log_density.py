@@ -10,11 +10,11 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.fit_with_effects import EffectFit
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.noise import NoiseShape
 from bayestouch.finger.public import draws_by_name
-from bayestouch.finger.sampling_with_effects import EffectFit
 from bayestouch.model.log_density import LogDensity
 
 

@@ -11,10 +11,10 @@ from bayestouch.errors import InputError
 from bayestouch.finger.density import NUMBERS_HELD, FingerDensity
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.fit_with_effects import EffectFit
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.noise import Precisions
 from bayestouch.finger.public import public_draws
-from bayestouch.finger.sampling_with_effects import EffectFit
 from bayestouch.results.schema import Requested, of_readings
 
 

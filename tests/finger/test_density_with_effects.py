@@ -25,8 +25,8 @@ from bayestouch.contact import composite_radius
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger import local_series
 from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.fit_with_effects import effect_fit
 from bayestouch.finger.local_signals import LARGEST_ERROR
-from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.model.log_density import LogDensity
 
 FloatArray = NDArray[np.float64]

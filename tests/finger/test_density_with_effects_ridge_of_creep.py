@@ -9,7 +9,7 @@ import bayestouch
 from bayestouch.calibration.with_effects import fit_stated
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.density_with_effects import EffectPosterior
-from bayestouch.finger.sampling_with_effects import EffectFit, effect_fit
+from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
 
 
 @pytest.fixture(scope="module")

@@ -11,12 +11,13 @@ import pytest
 import bayestouch
 from bayestouch.calibration.with_effects import StatedFit, fit_stated
 from bayestouch.effects.stated import StatedModel
-from bayestouch.finger import sampling_with_effects
+from bayestouch.finger import map_with_effects
 from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.fit_with_effects import effect_fit
 from bayestouch.finger.linear_chain import LinearChain, degrees_spent, linearised_chain
+from bayestouch.finger.map_with_effects import _Start
 from bayestouch.finger.noise import Residuals
 from bayestouch.finger.sampling import NO_RIDGES
-from bayestouch.finger.sampling_with_effects import _Start, effect_fit
 from bayestouch.sampling.rank_one import inverse_root
 
 
@@ -154,7 +155,7 @@ def test_a_bend_is_looked_for_where_readings_are_possible(monkeypatch: pytest.Mo
 
     def bent(step: Any, centre: np.ndarray, *others: Any) -> None:
         seen.clear()
-        monkeypatch.setattr(sampling_with_effects, "linearised_chain", noted)
+        monkeypatch.setattr(map_with_effects, "linearised_chain", noted)
         # As far to both sides as rounding allows: 100 sds of the prior.
         far = 100 * posterior.prior.spread[posterior.layout.values]
         for values in (centre + far, centre - far):
@@ -165,7 +166,7 @@ def test_a_bend_is_looked_for_where_readings_are_possible(monkeypatch: pytest.Mo
         seen.append(vector)
         return linearised_chain(fitted, posterior, vector, **options)
 
-    monkeypatch.setattr(sampling_with_effects.Bend, "of", bent)
+    monkeypatch.setattr(map_with_effects.Bend, "of", bent)
     fit = effect_fit(stated.fitted, stated.added, posterior)
     at = posterior.layout
     reach = np.abs(np.array(seen)[:, : at.n_chain] - fit.vector[: at.n_chain]) / posterior.prior.spread[: at.n_chain]
@@ -176,7 +177,7 @@ def test_a_bend_is_looked_for_where_readings_are_possible(monkeypatch: pytest.Mo
 def test_no_bend_of_many_values(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ten values at most: a share of each of eight elements, and the two that all of them have."""
     asked: list[int] = []
-    monkeypatch.setattr(sampling_with_effects.Bend, "of", lambda step, centre, *others: asked.append(len(centre)))
+    monkeypatch.setattr(map_with_effects.Bend, "of", lambda step, centre, *others: asked.append(len(centre)))
     for n in (8, 9):
         design = bayestouch.FingerDesign(n_elements=n, edge_step_deg=20.0, flat_step_deg=20.0, touch_step_deg=20.0)
         data = bayestouch.simulate(design, effects={"channel_lag": 0.05, "channel_lag.own_02": 0.5}, seed=1).dataset

@@ -1,0 +1,168 @@
+"""Normal approximation of the posterior of a finger with effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.linear_chain import linearised_chain
+from bayestouch.finger.map_with_effects import posterior_maps
+from bayestouch.finger.noise import NoiseShape, StandardErrors, first_guess, noise_shape
+from bayestouch.finger.prediction_with_effects import EffectPrediction
+from bayestouch.finger.sampling import PosteriorMap
+from bayestouch.model.added import AddedEffect
+from bayestouch.model.columns import seen_columns
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.joint_drifts import FREE
+from bayestouch.model.linear import leaving_bounds, step_within
+
+# Number of Newton steps of the chain's parameters, each with the noise after the previous step.
+STEPS = 3
+# A map is not usable if the log density at its centre is lower than at the mode by more than this. Where the normal
+# approximation is good they differ by a few nats, and chains have found their way from some tens.
+LOST = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class EffectFit:
+    """Normal approximation of the posterior of a finger with effects.
+
+    Attributes
+    ----------
+    posterior : EffectPosterior
+        Data and priors.
+    vector : (d,) array
+        Centre of the whole flat vector.
+    covariance : (n, n) array
+        Covariance of the n coordinates of the chain and of the values of its effects, at the centre.
+    shape : NoiseShape
+        Approximate density of the coordinates of the noise.
+    density : EffectDensity
+        Exact log posterior, with an evaluator that is fast near the centre.
+    to_vectors : PosteriorMap
+        Change of variables in which the posterior is close to normal.
+    """
+
+    posterior: EffectPosterior
+    vector: FloatArray
+    covariance: FloatArray
+    shape: NoiseShape
+    density: EffectDensity
+    to_vectors: PosteriorMap
+
+    @property
+    def centre(self) -> FloatArray:
+        """Centre of the normal approximation in the new variables, (d,)."""
+        at = self.posterior.layout
+        centre = np.concatenate([np.zeros(at.n_chain), self.shape.centre])
+        centre[at.further] = 0.0
+        return centre
+
+    def with_usable_map(self, others: Iterable[PosteriorMap]) -> EffectFit:
+        """The same, with the first of the other maps that is usable if its own is not; the last one if none is.
+
+        A map is usable if the density at its centre is comparable with that at the mode. Curved ridges, bends and
+        parameters at their bounds together may place the centre where the density is zero; every map is exact, but from
+        there no chain finds its way.
+        """
+        least = float(self.density(self.vector[None])[0]) - LOST
+
+        def usable(to_vectors: PosteriorMap) -> bool:
+            return bool(self.density(to_vectors(self.centre[None])[0])[0] > least)
+
+        found, left = self.to_vectors, iter(others)
+        while not usable(found) and (other := next(left, None)) is not None:
+            found = other
+        return self if found is self.to_vectors else replace(self, to_vectors=found)
+
+
+def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: EffectPosterior) -> EffectFit:
+    """Normal approximation about the mode of a fit, with the noise as unknown.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The fit, at fixed noise.
+    added : tuple of AddedEffect
+        Effects of the fit; only values and standard deviations of drifts and noise effects are used.
+    posterior : EffectPosterior
+        Data and priors of the fit.
+    """
+    at, prior, n = posterior.layout, posterior.prior, posterior.layout.n_chain
+    low, high = posterior.bounds
+    margin = 1e-6 * prior.spread[:n]
+    further, further_sd = _further(posterior, added)
+    guess = first_guess(posterior.known, prior)
+    guess[at.further.start - n :] = further
+    # The search starts with small discrepancies: large ones would explain the readings instead of drifts and shared
+    # errors.
+    missed = slice(at.log_discrepancy.start - n, at.log_discrepancy.stop - n)
+    guess[missed] -= 2 * prior.spread[at.log_discrepancy]
+    vector = np.concatenate([fitted.vector, guess])
+    vector[:n] = np.clip(vector[:n], low[:n] + margin, high[:n] - margin)
+    shape = None
+    for _ in range(STEPS):
+        linear = linearised_chain(fitted, posterior, vector)
+        hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
+        at_ends = leaving_bounds(vector[:n], low[:n] + 2 * margin, high[:n] - 2 * margin)
+        step, _ = step_within(hessian, linear.pull, at_ends)
+        vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
+        residuals = linearised_chain(fitted, posterior, vector, with_residuals=True).residuals
+        assert residuals is not None
+        shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, residuals)
+        shape.mean[at.further.start - n :] = further
+        vector[n:] = shape.mean
+    assert shape is not None
+    linear = linearised_chain(fitted, posterior, vector)
+    hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
+    covariance = np.asarray(np.linalg.inv(hessian), dtype=np.float64)
+    maps = posterior_maps(fitted, posterior, vector, covariance, linear, shape.quantiles, further_sd)
+    density = _density_near(posterior, vector, covariance)
+    return EffectFit(posterior, vector, covariance, shape, density, next(maps)).with_usable_map(maps)
+
+
+def _density_near(posterior: EffectPosterior, vector: FloatArray, covariance: FloatArray) -> EffectDensity:
+    """Exact log posterior, with an evaluator that is fast near a vector (d,)."""
+    n = posterior.layout.n_chain
+    spread = StandardErrors.of(posterior.known, posterior.layout, vector)
+    if posterior.columns is not None:
+        # The noise without the discrepancy, whose first guess may be far too large.
+        noise = np.exp(vector[posterior.layout.noise]) * np.sqrt(posterior.known.shares)
+        posterior = replace(posterior, columns=seen_columns(posterior.columns, noise))
+    near = EffectPrediction.of(posterior.model, vector[:n], np.sqrt(np.diag(covariance)), spread.sd)
+    return EffectDensity(posterior, near)
+
+
+def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of drifts and noise effects and their standard deviations."""
+    by_name = {each.effect.name: each for each in added}
+    values, sd = [], []
+    for effect in (*(drift for drift, _ in posterior.drifts), *posterior.effects):
+        each, drift = by_name[effect.name], effect not in posterior.effects
+        for i, parameter in enumerate(effect.parameters[: FREE if drift else None]):
+            value, spread = each.coordinate(i, logarithmic=drift or parameter.logarithmic)
+            values.append(value)
+            sd.append(spread)
+    at = posterior.layout
+    low, high = (ends[at.further] for ends in posterior.bounds)
+    spread_of_prior = posterior.prior.spread[at.further]
+    widths = np.where(np.array(sd) > 0, np.array(sd), spread_of_prior)
+    margin = 1e-3 * widths
+    return np.clip(np.array(values, dtype=np.float64), low + margin, high - margin), widths
+
+
+def _own_scatter(posterior: EffectPosterior, fitted: Fitted, chain: FloatArray) -> KnownTouches:
+    """The touches with the scatter by each element's own noise, without that by effects within touches or on noise."""
+    known, some = posterior.known, posterior.known.scatter_dof > 0
+    if posterior.noise.effects or posterior.noise.shared:
+        return replace(known, scatter=np.where(some, known.scatter_dof * fitted.noise.sd**2, known.scatter))
+    samples = posterior.model.predict(chain).samples
+    if samples is None:
+        return known
+    squares = (posterior.noise.squares.about(samples) ** 2).sum(axis=0)
+    return replace(known, scatter=np.where(some, squares, known.scatter))
