@@ -285,16 +285,14 @@ def _with_looser(
     """
     refitted = [each for each in tried if each.fitted is not None and not each.effect.random]
     plain = [each for each in refitted if each.gain > least and each.share >= SHARE][:LOOSER]
-    possibly = [each for each in plain if not _is_small(each.fitted) and each.difference is not None]
-    candidates = [found for each in possibly if (found := _in_looser_form(each, fitted.model.n_elements)) is not None]
+    forms = [(each, _in_looser_form(each, fitted.model.n_elements)) for each in plain if not _is_small(each.fitted)]
+    pairs = [(each, candidate) for each, candidate in forms if candidate is not None]
+    refits = refit_all(fitted, [candidate for _, candidate in pairs], before, ERRORS, least, scheduler)
     better: dict[str, Tried] = {}
-    by_name = {each.effect.name: each for each in possibly}
-    for candidate, again in zip(
-        candidates, refit_all(fitted, candidates, before, ERRORS, least, scheduler), strict=True
-    ):
-        one = by_name[again.effect.name]
-        if again.difference is not None and one.difference is not None and is_clear(again.difference - one.difference):
-            better[again.effect.name] = replace(again, share=_share(again, candidate, possible))
+    for (each, candidate), again in zip(pairs, refits, strict=True):
+        plain_gain, gain = each.difference, again.difference
+        if plain_gain is not None and gain is not None and is_clear(gain - plain_gain):
+            better[each.effect.name] = replace(again, share=_share(again, candidate, possible))
     return _best_first([better.get(each.effect.name, each) for each in tried])
 
 

@@ -80,11 +80,8 @@ class Bend:
             return None
         scale = np.asarray(np.linalg.inv(root), dtype=np.float64)
         at = np.clip((values - centre) @ scale.T, -FARTHEST, FARTHEST)
-        return cls(
-            centre,
-            scale,
-            np.asarray(np.linalg.lstsq(terms(at), np.array([shift for shift, _ in found]), rcond=None)[0]),
-        )
+        shifts = np.array([shift for shift, _ in found])
+        return cls(centre, scale, np.asarray(np.linalg.lstsq(terms(at), shifts, rcond=None)[0]))
 
 
 def terms(x: FloatArray) -> FloatArray:

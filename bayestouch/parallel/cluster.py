@@ -18,7 +18,7 @@ from itertools import islice
 from typing import Any
 
 from bayestouch.errors import InputError
-from bayestouch.parallel.processes import cores, may_fork, spread_out
+from bayestouch.parallel.processes import on_cores
 
 #: Function that computes one piece of work from the data common to all pieces and the piece.
 ClusterWork = Callable[[Any, Any], Any]
@@ -85,14 +85,10 @@ def in_order(
 
 
 def _finished(address: str | None, work: ClusterWork, shared: Any, pieces: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-    """Yield number and result of the pieces that are finished."""
-    if address is not None:
-        yield from on_cluster(address, work, shared, enumerate(pieces))
-        return
-    # Pieces of many short steps gain nothing from threads (see `processes`).
-    workers = min(cores(None), len(pieces)) if may_fork() else 1
-    with spread_out(partial(work, shared), workers) as spread:
-        yield from enumerate(spread(pieces))
+    """Number and result of each piece, as they are finished."""
+    if address is None:
+        return enumerate(on_cores(partial(work, shared), pieces))
+    return on_cluster(address, work, shared, enumerate(pieces))
 
 
 def _results(

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from bayestouch.parallel.processes import cores, may_fork, spread_out
+from bayestouch.parallel.processes import on_cores
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -31,6 +31,4 @@ def of_parts(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Resu
     first = [work(part) for part in parts[:1]]
     others = parts[1:]
     worth = (time.perf_counter() - begun) * len(others) > WORTH
-    workers = min(cores(None), len(others)) if worth and may_fork() else 1
-    with spread_out(work, workers) as spread:
-        return [*first, *spread(others)]
+    return [*first, *(on_cores if worth else map)(work, others)]

@@ -85,6 +85,16 @@ def spread_out(work: Work, workers: int) -> Iterator[Spread]:
         yield spread
 
 
+def on_cores(work: Work, pieces: Sequence[Any]) -> Iterator[Any]:
+    """Yield the results of pieces in order, from all cores; one after the other here if a fork is not safe.
+
+    Pieces of many short steps gain nothing from threads. `work` and `pieces` are as of `spread_out`.
+    """
+    workers = min(cores(None), len(pieces)) if may_fork() else 1
+    with spread_out(work, workers) as spread:
+        yield from spread(pieces)
+
+
 def _results(work: Work, pieces: Sequence[Any], futures: Sequence[Future[Any]]) -> Iterator[Any]:
     """Yield the results of pieces that were submitted; those that were not, or were lost, are computed here."""
     for piece, future in zip_longest(pieces, futures):

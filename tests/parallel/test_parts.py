@@ -17,10 +17,9 @@ forks = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked
 
 @pytest.fixture(autouse=True)
 def _two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parts, "cores", lambda workers: 2)
+    monkeypatch.setattr(processes, "cores", lambda workers: 2)
     # Tests of a cluster leave idle threads in this process, which hold no lock.
-    for module in (parts, processes):
-        monkeypatch.setattr(module, "may_fork", lambda: True)
+    monkeypatch.setattr(processes, "may_fork", lambda: True)
 
 
 def slow(part: int) -> tuple[int, int]:
@@ -45,7 +44,7 @@ def test_short_work_stays_here(number: int) -> None:
 
 def test_beside_other_threads_work_stays_here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parts, "WORTH", 0.0)
-    monkeypatch.setattr(parts, "may_fork", lambda: False)
+    monkeypatch.setattr(processes, "may_fork", lambda: False)
     assert {process for _, process in parts.of_parts(slow, range(3))} == {os.getpid()}
 
 
