@@ -23,7 +23,7 @@ NEWEST ?= $(shell for python in python3.14 python3.13 python3.12 $(CANDIDATES); 
 help:
 	@echo "make report     two reports, on a simulated finger and a measured pad: report/index.html"
 	@echo "make test       ruff, mypy and the tests"
-	@echo "make test-slow  the tests that take minutes"
+	@echo "make test-slow  the tests that take seconds"
 	@echo "make test-all   ruff, mypy and all tests, what .ci/run does"
 	@echo "make test-oldest, make test-newest"
 	@echo "                the tests on the oldest and the newest libraries allowed, in .venv-oldest and .venv-newest"

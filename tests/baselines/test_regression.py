@@ -30,6 +30,7 @@ def made(seed: int, count: int, loaded: bool) -> RegressionTouches:
     return RegressionTouches(x[:, None], load if loaded else None, readings)
 
 
+@pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize("loaded", [True, False])
 def test_touches_are_read_as_the_true_law_would(way: Way, loaded: bool) -> None:

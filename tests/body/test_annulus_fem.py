@@ -90,6 +90,7 @@ def _curve() -> ContactCurve:
     return ContactCurve.for_annulus(CORE, OUTER, POISSON, range_mm=(0.28, 3.6))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("indenter_radius", "stiff", "soft"), HALF_WIDTHS)
 def test_contact_half_width(indenter_radius: float, stiff: float, soft: float) -> None:
     radius = 1 / (1 / OUTER + 1 / indenter_radius)

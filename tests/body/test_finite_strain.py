@@ -63,6 +63,7 @@ def test_finite_elements_converge_to_the_linear_chain() -> None:
     assert errors[1] < 1.5e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nose", [2.0, 5.0])
 def test_table_is_what_a_coarser_mesh_says_of_tips_between_those_solved(nose: float) -> None:
     """A mesh twice as coarse is off by 0.004 (a mesh 1.4 times as coarse by 0.001): so is what is interpolated."""

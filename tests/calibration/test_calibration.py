@@ -47,6 +47,7 @@ def pad() -> bayestouch.DataSet:
     return with_written_effect(design, lambda table, _: forms.creep(table.readings, 0.25 * table.sample, CREEP, 1.0))
 
 
+@pytest.mark.slow
 def test_a_stated_prior_counts_beside_effects(finger: bayestouch.DataSet) -> None:
     """A prior of σ combines with what touches say of it as two normal densities do; the effect is found beside it."""
     mean, sd = 0.4605, 1e-4
@@ -76,6 +77,7 @@ def test_the_contact_model_may_be_another_than_the_models(finger: bayestouch.Dat
     assert by_hertz.mode["mu"] != pytest.approx(layer.mode["mu"], rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_pad_is_calibrated_with_stated_effects(pad: bayestouch.DataSet) -> None:
     model = StatedModel("pad", "", (("creep", {}),))
     calibration = bayestouch.calibrate(pad, model=model, draws=400, seed=1)

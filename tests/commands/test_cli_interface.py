@@ -201,6 +201,7 @@ def test_colours_on_a_terminal_unless_refused(changes: dict[str, str], coloured:
     assert ("\x1b[" in text) is coloured
 
 
+@pytest.mark.slow
 def test_no_colours_and_no_bar_in_a_file(folder: Path, tmp_path: Path) -> None:
     arguments = [*COMMAND, "calibrate", str(folder), "-o", str(tmp_path / "c.nc"), "--draws", "100"]
     done = subprocess.run(arguments, capture_output=True, text=True, env=environment(), check=True)

@@ -166,6 +166,7 @@ def test_drifts_that_were_not_added_share_a_name(monkeypatch: pytest.MonkeyPatch
     assert added[("zero",)] == added[(IN_TIME,)] == pytest.approx(3 * added[("zero", IN_TIME)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wanted", "seed", "first"),
     [

@@ -147,6 +147,7 @@ def twice_around(r: Recording, value: float, rng: np.random.Generator) -> Record
     return replace(r, press=replace(r.press, angle=r.press.angle + value * np.sin(2 * np.radians(r.commanded))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "size", "used"), [(1, 1.0, False), (3, 2.0, True)])
 def test_a_reference_angle_that_is_off_turns_no_finger(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int, size: float, used: bool

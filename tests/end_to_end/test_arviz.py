@@ -56,6 +56,7 @@ def touches(folder: Path) -> Any:
     return az.from_netcdf(folder / "posterior.nc")
 
 
+@pytest.mark.slow
 def test_the_script_of_the_page_runs_without_a_warning(folder: Path) -> None:
     """In an interpreter with the usual filters of warnings; that ArviZ 0.23 announces ArviZ 1 is left out."""
     (script,) = (block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "corner.corner" in block)
@@ -86,6 +87,7 @@ def test_compare(folder: Path, calibration: Any) -> None:
     assert list(table.index) == ["layer", "hertz"]
 
 
+@pytest.mark.slow
 def test_compare_with_and_without_an_effect() -> None:
     """Crosstalk of 4 % that was simulated is found worth its parameters."""
     data = bayestouch.simulate(FINGER, effects={"crosstalk": 0.04}, seed=3).dataset
@@ -122,6 +124,7 @@ def test_compare_the_model_of_a_pad_with_its_empirical_map(tmp_path: Path, right
         assert abs(difference) > 4 * error
 
 
+@pytest.mark.slow
 def test_predictive_checks_and_prior_sensitivity(calibration: Any, touches: Any) -> None:
     if NEW:
         az.plot_ppc_dist(touches, var_names=["reading"], num_samples=20)

@@ -80,6 +80,7 @@ def test_the_effect_is_found_and_removes_the_error(written: Path) -> None:
     assert numbers["after"]["R_rms_mm"] < numbers["before"]["R_rms_mm"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("default")  # what Dask warns of, such as a port that is taken, is not ours
 def test_a_cluster_writes_the_same_files(written: Path, crossed: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="distributed is not installed")
@@ -122,7 +123,7 @@ def half_of(dataset: DataSet) -> DataSet:
     return replace(dataset, calibration=calibration, touches=touches)
 
 
-@pytest.mark.parametrize("finger", ["a", "b", pytest.param("c", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("finger", ["a", *(pytest.param(finger, marks=pytest.mark.slow) for finger in "bc")])
 def test_practice_fingers_whose_effects_have_the_same_names(finger: str) -> None:
     folder, truth = practice(finger)
     dataset = bayestouch.load_dataset(folder)
@@ -157,6 +158,7 @@ def test_practice_finger_with_an_effect_that_is_not_in_the_catalogue() -> None:
     assert after < 0.5 * before
 
 
+@pytest.mark.slow
 def test_model_toml_calibrates_again(written: Path, crossed: Path, tmp_path: Path) -> None:
     """Round trip of model.toml, and a calibration with the effect from the calibration touches alone."""
     model = read_model(written / "model.toml")

@@ -98,6 +98,7 @@ def test_dead_element_no_repeats_no_times() -> None:
     assert "outliers" not in stages and "creep" not in stages
 
 
+@pytest.mark.slow
 def test_too_few_touches_to_tell() -> None:
     """Errors are null, rivals are named, and so is what to measure."""
     diagnosis = bayestouch.diagnose(changed(few(12)), sample=False, draws=64)

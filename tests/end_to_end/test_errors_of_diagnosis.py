@@ -106,6 +106,7 @@ def test_the_prediction_at_stated_references_has_no_effect_that_moves_them(eccen
     assert expected > 1.1 * numbers["after"]["prediction_error_percent_peak"]
 
 
+@pytest.mark.slow
 def test_references_that_nothing_moves_give_the_same_errors() -> None:
     dataset = simulate(DESIGN, effects={"crosstalk": 0.06}, seed=5).dataset
     diagnosis = bayestouch.diagnose(dataset, sample=False, draws=64)

@@ -22,6 +22,7 @@ def calibration(simulated: bayestouch.DataSet) -> bayestouch.Calibration:
     return bayestouch.calibrate(simulated, model=CREEP, draws=64, seed=1)
 
 
+@pytest.mark.slow
 def test_a_dead_element_of_a_pad_with_effects_is_found(
     simulated: bayestouch.DataSet, calibration: bayestouch.Calibration
 ) -> None:
@@ -38,6 +39,7 @@ def test_a_dead_element_of_a_pad_with_effects_is_found(
     assert not any("e03" in note for note in sound.notes)
 
 
+@pytest.mark.slow
 def test_the_number_of_processes_changes_nothing(
     simulated: bayestouch.DataSet, calibration: bayestouch.Calibration
 ) -> None:

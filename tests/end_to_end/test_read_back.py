@@ -41,6 +41,7 @@ def scores(case: Case, folder: Path, calibration: Calibration | None = None) -> 
     return {name: (read.mean(name) - true) / read.sd(name) for name, true in truth.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", READ, ids=lambda case: case.key)
 def test_touches_are_read_without_bias(case: Case, workers_folder: Path) -> None:
     for name, z in scores(case, workers_folder).items():

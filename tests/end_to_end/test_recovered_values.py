@@ -17,6 +17,7 @@ from bayestouch.effects.listing import FINGER
 FAR = 4.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.key)
 def test_values_are_recovered_with_their_signs(case: Case, workers_folder: Path) -> None:
     found = recovered(case, 1, workers_folder)

@@ -158,6 +158,7 @@ def test_finger_report(tmp_path: Path) -> None:
     assert all(row["true_mean"] is None for row in report.numbers["calibration"]["parameters"])
 
 
+@pytest.mark.slow
 def test_default_report_has_truth_and_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is reported without a data set, on a smaller finger than the embedded one to save time."""
     monkeypatch.setattr(simulation, "embedded_dataset", lambda: small(FINGER))
@@ -181,6 +182,7 @@ def test_default_report_has_truth_and_paper(tmp_path: Path, monkeypatch: pytest.
     assert rows["noise_sd"]["true_mean"] is None
 
 
+@pytest.mark.slow
 def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
     output = tmp_path / "out"
     with new_folder(output) as folder:
@@ -226,6 +228,7 @@ def test_plane_numbers_and_pictures() -> None:
     assert number(rows["inside the array"]["distance"]["median_abs"], 2) in page.cells
 
 
+@pytest.mark.slow
 def test_without_references_the_report_says_so() -> None:
     """A finger whose touches to be read come without location, radius and load."""
     dataset = small(FINGER).dataset

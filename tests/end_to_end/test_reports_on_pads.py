@@ -28,6 +28,10 @@ def reported(folder: Path, **effects: float) -> Report:
     return bayestouch.report(simulate(DESIGN, effects=effects, seed=7).dataset, folder, draws=64)
 
 
+# each report is a diagnosis
+pytestmark = pytest.mark.slow
+
+
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory: pytest.TempPathFactory) -> tuple[Report, Report]:
     """Without an effect, and with creep; the same noise in both."""

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "add_an_effect.md"
 
 # The true location is beside the commanded one by 4 degrees under the mean load; loads vary by a quarter either way.
@@ -35,6 +37,7 @@ print(effect["name"], diagnosis.verdict, (shift["mean"] * under_200 - 4) / shift
 """
 
 
+@pytest.mark.slow
 def test_the_example_of_the_docs_works(tmp_path: Path) -> None:
     code, toml = re.findall(r"```(?:python|toml)\n(.*?)```", DOCS.read_text("utf-8"), re.DOTALL)
     assert len(code.strip().splitlines()) <= 36

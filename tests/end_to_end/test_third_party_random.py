@@ -112,6 +112,7 @@ def test_each_is_one_file_of_forty_lines() -> None:
 # What a course of some six correlation times tells of its size is 1/sqrt(2 × 6 to 12), a fifth to a third of it. The
 # noise that two elements share is told by four thousand pairs of samples, to 3 %; a true size that the peaks are off by
 # adds, hence the least tolerance.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "size", "sds", "least"), [("tilt_drift", 0.03, (0.15, 0.6), 0.0), ("pair_noise", 0.01, (0.01, 0.06), 0.12)]
 )

@@ -55,6 +55,7 @@ def test_an_effect_is_named_and_removed(tmp_path: Path) -> None:
     assert after - 1 < 0.25 * (before - 1)
 
 
+@pytest.mark.slow
 def test_two_effects_are_not_called_by_a_third_that_is_a_little_like_both(tmp_path: Path) -> None:
     """The best first guess is finite strain, which leads nowhere: the search begins anew from another."""
     pair = ["proximity: Lorentzian", "gain_drift: exponential"]
@@ -63,6 +64,7 @@ def test_two_effects_are_not_called_by_a_third_that_is_a_little_like_both(tmp_pa
     assert diagnosis["verdict"] == "explained"
 
 
+@pytest.mark.slow
 def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_an_effect(tmp_path: Path) -> None:
     """A correction takes a part of an effect on: the calibration holds what is left of it, and corrects after it.
 
@@ -92,6 +94,7 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
     assert np.abs(read - rows.predicted).max() < 0.1 * calibration.noise.tactile_sd.min()
 
 
+@pytest.mark.slow
 def test_what_is_not_in_proportion_to_the_load_is_corrected(tmp_path: Path) -> None:
     """A patch that heavier touches press on: no cause in the catalogue, and more than half of the excess goes."""
     diagnosis = diagnosed(tmp_path, SMALL, [("loose_patch: ", 2.0)], seed=3)

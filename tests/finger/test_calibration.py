@@ -267,6 +267,7 @@ def test_an_identified_map_reads_touches_as_the_model_does_where_the_model_is_ri
         assert np.sqrt(np.mean(z**2)) < 0.5, name
 
 
+@pytest.mark.slow
 def test_moves_of_emcee_draw_the_same_calibration(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three elements, 18 unknowns, by differential evolution: means and sds within Monte Carlo error.
 

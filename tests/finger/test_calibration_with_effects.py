@@ -49,6 +49,7 @@ def test_error_and_noise_are_shares_of_the_peaks_of_elements_that_are_read(monke
     assert found["lack_of_fit"] == pytest.approx(6 / 4)
 
 
+@pytest.mark.slow
 def test_two_effects_are_drawn_with_all_parameters() -> None:
     """Cross-talk and creep of a finger of four elements: grades, and the truth within the posterior."""
     design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=2.0, flat_step_deg=4.0, touch_step_deg=8.0)

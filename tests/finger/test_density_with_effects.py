@@ -140,6 +140,7 @@ def test_an_effect_of_the_readout() -> None:
     agree(one, [written_out(one, x, heard, own_noise) for x in points], points)
 
 
+@pytest.mark.slow
 def test_an_effect_that_moves_the_touches() -> None:
     """The angle of the prober is off by a sin θ + b cos θ, less its mean: signals by polynomials in the values, too."""
     one = case("prober_eccentricity", 0.3)
@@ -157,6 +158,7 @@ def test_an_effect_that_moves_the_touches() -> None:
     agree(one, expected, points, LARGEST_ERROR)
 
 
+@pytest.mark.slow
 def test_a_surface_out_of_round() -> None:
     """1/R has a further part that goes with the place: signals between levels of it, each by polynomials."""
     one = case("surface_profile.weight_11", 0.02)

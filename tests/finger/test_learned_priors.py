@@ -94,6 +94,7 @@ def test_priors_hold_what_the_fingers_had_in_common(learned: tuple[dict[str, Pri
     assert all("5 earlier fingers" in note for note in notes)
 
 
+@pytest.mark.slow
 def test_sixth_finger_is_better_known_and_as_well_covered(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
     """Five further fingers with nine touches: smaller sds, and errors of the size of the sds.
 

@@ -133,6 +133,7 @@ def test_with_effects_there_are_likelihood_and_prior() -> None:
     assert np.std(rest) < 3 * np.sqrt(fit.covariance.shape[0])
 
 
+@pytest.mark.slow
 def test_readings_are_simulated_with_effects(calibration: bayestouch.Calibration) -> None:
     """Crosstalk that is not there: readings scatter as without it, which is written out above."""
     model = StatedModel("finger", "layer", (("crosstalk", {}),))

@@ -41,6 +41,7 @@ def test_a_finger_with_an_effect_as_by_emcee(effect: str) -> None:
     assert np.mean((mean < MEAN) & (sd < SD)) >= 0.99
 
 
+@pytest.mark.slow
 def test_a_drift_is_that_of_the_touches_before() -> None:
     """`infer` uses all other touches of the table; for the last touch these are the ones before it."""
     data, calibration = sensor("finger", (("baseline_drift", 0.01),), ("baseline_drift",))

@@ -32,6 +32,7 @@ def test_effects_that_are_left_to_the_map_are_named(left: tuple[str, ...], said:
     assert _notes(effects) == said
 
 
+@pytest.mark.slow
 def test_noise_of_the_force_sensor_is_one_of_the_load_as_read() -> None:
     """A channel whose response flattens: what a load of the calibration, and one that is read, is uncertain by."""
     rng, pad = np.random.default_rng(2), line()

@@ -155,6 +155,7 @@ def test_it_finds_the_truth_and_the_noise(made: tuple[PadProblem, FinerMap]) -> 
     assert 0.6 * FLOOR < np.median(at_zero) < 1.2 * FLOOR
 
 
+@pytest.mark.slow
 def test_a_diagnosis_with_a_correction_reads_with_it() -> None:
     pad, table = bent(4, 240)
     found = bayestouch.diagnose(replace(pad.dataset(table), calibration=None), kernel="gaussian")

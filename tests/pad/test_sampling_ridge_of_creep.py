@@ -51,6 +51,7 @@ def moments_of_log_time(density: PadDensity) -> tuple[float, float]:
     return mean, float(np.sqrt(weight @ (grid - mean) ** 2 / weight.sum()))
 
 
+@pytest.mark.slow
 def test_draws_reach_along_the_ridge(density: PadDensity) -> None:
     """Only share over time is known. Draws about the mode alone had three quarters of this standard deviation."""
     drawn = sample_density(density, 4000, seed=1)

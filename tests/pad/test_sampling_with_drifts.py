@@ -53,6 +53,7 @@ def moments_written_out(fitted: Fitted) -> tuple[np.ndarray, np.ndarray]:
     return mean, np.sqrt(squares)
 
 
+@pytest.mark.slow
 def test_draws_of_size_and_time_against_quadrature(flat: tuple[Fitted, list[AddedEffect]]) -> None:
     """The sd of 1,500 effective draws is good to 1.8 %; three of these are 5 %."""
     fitted, added = flat

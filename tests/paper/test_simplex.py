@@ -123,6 +123,7 @@ def test_noisy_touches_scatter_as_the_noise_allows(noisy: SimulatedDataSet) -> N
     assert mean == pytest.approx(fitted[:, 1].mean())
 
 
+@pytest.mark.slow
 def test_hertz_fits_flats_worse_than_the_layer(noisy: SimulatedDataSet) -> None:
     """Section 3.1 found 4.2 % for edges and flats with Hertz, and 2.2 % with the frictionless layer."""
     errors = {

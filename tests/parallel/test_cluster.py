@@ -59,6 +59,7 @@ def whole(read: tuple[Touches, Calibration]) -> TouchPosteriors:
     return bayestouch.infer(*read, draws=DRAWS, seed=5, workers=1)
 
 
+@pytest.mark.slow
 def test_the_same_file_with_one_worker_two_or_none(
     read: tuple[Touches, Calibration], cluster: Any, tmp_path: Path
 ) -> None:
@@ -121,6 +122,7 @@ def test_a_scheduler_that_is_not_there(
     assert not (tmp_path / "a.nc").exists()
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_goes_away_ends_the_run_in_one_line_and_what_is_done_is_kept(
     read: tuple[Touches, Calibration], tmp_path: Path
 ) -> None:

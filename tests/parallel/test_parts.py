@@ -34,7 +34,7 @@ def test_long_work_is_divided_and_in_order(monkeypatch: pytest.MonkeyPatch) -> N
     found = parts.of_parts(slow, range(20))
     assert [part for part, _ in found] == list(range(20))
     assert found[0][1] == os.getpid() not in {process for _, process in found[1:]}
-    assert not multiprocessing.active_children() and threading.active_count() == threads
+    assert not multiprocessing.active_children() and threading.active_count() <= threads  # others may end
 
 
 @pytest.mark.parametrize("number", [0, 1, 3])

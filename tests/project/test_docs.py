@@ -152,6 +152,7 @@ def test_notebook_that_closes_the_loop_runs(tmp_path: Path) -> None:
     assert (tmp_path / "calibration_after.nc").is_file()
 
 
+@pytest.mark.slow
 def test_notebook_of_posteriors_runs(given: Path, tmp_path: Path) -> None:
     (tmp_path / "posterior.nc").write_bytes((given / "posterior.nc").read_bytes())
     printed, pictures = run_notebook("read_posteriors", tmp_path)

@@ -65,6 +65,7 @@ def test_a_faulty_element_is_named_and_left_out(
     assert np.isnan(result.rows.observed[:, ELEMENT]).all()
 
 
+@pytest.mark.slow
 def test_swapped_wires_are_put_right(sound: tuple[Calibration, Touches]) -> None:
     touches = sound[1]
     swapped = touches.with_(readings=touches.readings[:, [0, 1, 3, 2, 4, 5, 6, 7]])
@@ -84,6 +85,7 @@ def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, To
     assert np.mean((low <= touches.averaged().load) & (touches.averaged().load <= high)) > 0.9 - 4 * np.sqrt(0.09 / 60)
 
 
+@pytest.mark.slow
 def test_study_of_faults_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """One pad and a fault: found, and coverage comes back."""
     module = study("faulty_pads")

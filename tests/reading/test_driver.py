@@ -172,6 +172,7 @@ def _several_samples() -> Touches:
     return data.select(np.lexsort((data.sample, (data.touch * 700) % 1009)))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 @pytest.mark.parametrize("each_sample", [False, True])

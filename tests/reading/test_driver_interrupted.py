@@ -94,6 +94,7 @@ def _killed_again_and_again(files: tuple[Path, Path], tmp_path: Path, kills: int
     assert not run.finished.parent.exists()
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_and_ends_the_same(files: tuple[Path, Path], tmp_path: Path) -> None:
     _killed_again_and_again(files, tmp_path, 3, random.Random(3))
 
@@ -132,6 +133,7 @@ def test_a_process_that_is_killed_is_stood_in_for(files: tuple[Path, Path]) -> N
     assert ended.returncode == 0, ended.stderr.decode()
 
 
+@pytest.mark.slow
 def test_what_a_killed_run_leaves_is_no_result(files: tuple[Path, Path], tmp_path: Path) -> None:
     run = Killed(*files, tmp_path / "posterior.nc")
     assert run.kill(2, 0.0)

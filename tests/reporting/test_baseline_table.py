@@ -34,6 +34,7 @@ from bayestouch.simulation import simulate
 DESIGN = replace(LINE, n_touches=40)
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_the_held_out_touches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("sklearn", reason="needs the extra `baselines`")
     peaks = []

@@ -12,6 +12,7 @@ from bayestouch.reporting.diagnosed import saved_diagnosis
 from bayestouch.reporting.diagnosis_file import SCHEMA, read_figure
 
 
+@pytest.mark.slow
 def test_a_report_tells_of_a_saved_diagnosis_with_an_effect(tmp_path: Path) -> None:
     """The figure of an effect has its number and name in its own: effect-1-crosstalk."""
     design = bayestouch.FingerDesign(n_elements=8, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=8.0)

@@ -114,6 +114,7 @@ def _proposal(centre: ArrayLike, covariance: ArrayLike, blocks: int = BLOCKS, do
     return StudentTProposal.from_covariance(np.tile(shape, (blocks, 1)), np.tile(covariance, (blocks, 1, 1)), dof)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_draws_have_the_moments_of_the_target(case: str) -> None:
     target, centre, covariance, needed = CASES[case]
@@ -158,6 +159,7 @@ def test_ensemble_moves_are_exact_in_four_dimensions() -> None:
     assert np.all(np.abs(np.sqrt((z**2).mean(axis=0)) - 1) < 4 / np.sqrt(200) + 0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "move", [emcee.moves.StretchMove(), [(emcee.moves.DEMove(), 0.7), (emcee.moves.WalkMove(), 0.3)]]
 )
@@ -334,6 +336,7 @@ def test_mixture_density_is_that_of_its_draws() -> None:
     np.testing.assert_array_equal(some.log_density(x[1:]), log_q[1:])
 
 
+@pytest.mark.slow
 def test_a_block_depends_on_seed_and_number_alone() -> None:
     """Whatever it is sampled with, in all three rounds: so results do not depend on how blocks are shared out."""
     centres = np.array([[0.0, 0], [4, 4], [20, 20], [0.5, 0], [30, 30]])
@@ -464,6 +467,7 @@ def test_importance_sampling_flags_what_it_missed() -> None:
     assert np.mean(result.pareto_k > 0.7) > 0.9
 
 
+@pytest.mark.slow
 def test_plain_emcee_agrees_with_the_target_and_with_lockstep() -> None:
     rng = np.random.default_rng(0)
     mixing = np.array([[1.0, 0, 0], [0.9, 0.3, 0], [-5, 2, 4]])

@@ -58,6 +58,7 @@ def narrowed(calibration: bayestouch.Calibration, share: float) -> bayestouch.Ca
     return replace(calibration, noise=less, covariance=(1 - share) ** 2 * calibration.covariance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["emcee", "importance"])
 def test_ranks_are_uniform(calibration: bayestouch.Calibration, method: str) -> None:
     """Touches read with an inferred calibration, at a level of 1 %.
@@ -74,6 +75,7 @@ def test_ranks_are_uniform(calibration: bayestouch.Calibration, method: str) -> 
     assert all(abs(share - 0.9) < 4 * np.sqrt(0.09 / SIMULATIONS) for share in result.coverage_90.values())
 
 
+@pytest.mark.slow
 def test_reading_with_too_little_noise_and_covariance_is_noticed(calibration: bayestouch.Calibration) -> None:
     """By 10 %: the simulation takes nothing from the noise and the covariance that touches are read with.
 
@@ -109,6 +111,7 @@ def test_five_per_cent_are_noticed_at_length(what: str) -> None:
     assert result.pooled.p_value < 0.005, result.table()
 
 
+@pytest.mark.slow
 def test_plugging_the_calibration_in_is_caught(calibration: bayestouch.Calibration) -> None:
     """Averages of twenty samples are so exact that the calibration's error shows: intervals of R cover too little."""
     honest = bayestouch.sbc(calibration, simulations=SIMULATIONS, samples=20, seed=3)
@@ -133,6 +136,7 @@ def test_what_is_ranked_is_what_is_saved(calibration: bayestouch.Calibration, tm
         np.testing.assert_array_equal(from_files.ranks[name], from_memory.ranks[name])
 
 
+@pytest.mark.slow
 def test_touches_are_drawn_and_read_as_documented(calibration: bayestouch.Calibration) -> None:
     """Priors of touches, and noise about the prediction of each, against the numbers of docs/statistics.md."""
     n, samples = 1000, 8
@@ -159,6 +163,7 @@ def test_touches_are_drawn_and_read_as_documented(calibration: bayestouch.Calibr
     np.testing.assert_allclose(np.sqrt(readings.var(axis=1, ddof=1).mean(axis=0)), noise, rtol=error)
 
 
+@pytest.mark.slow
 def test_shrunk_draws_are_noticed_as_often_as_stated(calibration: bayestouch.Calibration) -> None:
     """Draws of touches, shrunk about their mean by 5, 10 and 20 %: mean square, and how many of 20 batches fail.
 
@@ -331,6 +336,7 @@ def ranked(pieces: list[dict[str, tuple[int, bool]]]) -> RankStatistics:
     return of_ranks(ranks, {name: float(np.mean([piece[name][1] for piece in pieces])) for name in ranks})
 
 
+@pytest.mark.slow
 def test_a_calibration_that_takes_the_model_to_be_perfect_is_caught() -> None:
     """Of fingers that miss the model twice as much as the noise; the stated prior then is far off."""
     design = design_of_three()

@@ -75,6 +75,7 @@ def test_every_form_says_what_it_is() -> None:
         assert effect.apply.__doc__ and len(effect.apply.__doc__) > 80, effect.key
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rubber", RUBBERS)
 @pytest.mark.parametrize("key", ALL)
 def test_a_form_changes_readings_and_has_the_size_asked_for(key: str, rubber: str) -> None:
@@ -96,6 +97,7 @@ def course(effect: Effect) -> np.ndarray:
     return left_over(applied(of, [(effect, value)], SEED)).ravel()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "effect"), STRUCTURE, ids=lambda each: getattr(each, "key", each))
 def test_a_form_is_no_multiple_of_an_earlier_one(name: str, effect: Effect) -> None:
     """Of what base parameters leave. Errors have no fixed course: their formulas were compared by reading them."""

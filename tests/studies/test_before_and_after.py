@@ -6,12 +6,14 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 from study_modules import STUDIES, study
 
 from bayestouch.effects import effect_classes
 
 
+@pytest.mark.slow
 def test_the_soft_spot_is_found_and_errors_of_the_radius_fall(tmp_path: Path) -> None:
     module = study("before_and_after")
     found = module.main(small=True, folder=tmp_path)

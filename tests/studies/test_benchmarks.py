@@ -48,6 +48,7 @@ def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[st
     assert "7,380 rows" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_interruptions() -> None:
     """Killed by a signal and with the disk full, a run loses nothing and ends with the same bytes."""
     found = study("interruptions").main(1, 0)

@@ -88,6 +88,7 @@ def test_the_version_changes_with_a_source(tmp_path: Path) -> None:
     assert versions.source_hash(tmp_path) != before
 
 
+@pytest.mark.slow
 def test_fresh_fingers_are_run_and_named(runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The page says which fingers it holds, of which version, and leaves other versions out."""
     page = tmp_path / "docs" / "error_rates.md"

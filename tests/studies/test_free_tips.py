@@ -35,6 +35,7 @@ def table_of(tips_mm: list[float], reader: WidthModel | None = None) -> np.ndarr
     return np.asarray(curves.means(0.057)[..., rows])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("true", "rows"), [(BY_FACTOR, (0.83, 0.87, 0.91)), (CONSTANT, (0.23, 0.33, 0.43))])
 def test_the_law_by_which_widths_were_made_is_found(
     true: WidthLaw, rows: tuple[float, ...], monkeypatch: pytest.MonkeyPatch

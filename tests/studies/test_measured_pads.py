@@ -30,6 +30,7 @@ def measured(shared_folder: Path) -> Path:
     return shared_folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["baro-line", "array8-soft"])
 def test_layer_predicts_the_negative_ring_best(pads: ModuleType, measured: Path, name: str) -> None:
     # Ring errors found, percent of peak: layer 0.36 and 0.66, at its base 0.60 and 0.84, Gaussian 0.71 and 0.97,
@@ -58,6 +59,7 @@ def test_baro_line(pads: ModuleType, measured: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.posterior["x"], posterior.posterior["x"])
 
 
+@pytest.mark.slow
 def test_array8_inside_the_array(pads: ModuleType, measured: Path) -> None:
     dataset = pads.load(measured, "array8-soft")
     calibration = calibrate_pad(dataset, kernel="gaussian", empirical=True)

@@ -63,6 +63,7 @@ def test_a_sample_stays_when_other_lines_change(folder: Path) -> None:
     assert changes(1) == before
 
 
+@pytest.mark.slow
 def test_parts_share_no_module_and_every_module_has_tests() -> None:
     module = study("_mutant_tests")
     parts, every = module.parts()

@@ -106,6 +106,7 @@ def test_model_error_is_what_the_paper_left_over() -> None:
     assert MISFIT_PERCENT["empirical"] == pytest.approx(np.sqrt(1.41**2 - 0.41))
 
 
+@pytest.mark.slow
 def test_softer_rubber_is_read_sharper_by_hertz() -> None:
     means = curves().tables.mean(axis=1)[:, 0]
     assert np.all(np.diff(means[:, :, 3:], axis=0) > 0)

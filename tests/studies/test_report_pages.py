@@ -53,6 +53,7 @@ def picture(values: np.ndarray) -> bytes:
     return out.getvalue()
 
 
+@pytest.mark.slow
 def test_pictures_are_put_beside_each_other_and_compressed() -> None:
     image = pytest.importorskip("PIL.Image")
     red, blue = (np.zeros((60, 40, 3)) for _ in range(2))

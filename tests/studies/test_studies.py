@@ -12,6 +12,7 @@ from study_modules import is_drawn, study
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).parents[3] / "shared"))
 
 
+@pytest.mark.slow
 def test_design_questions(tmp_path: Path) -> None:
     """Closer elements and less noise help; averaging helps until the lack of fit is reached."""
     found = study("design_questions").main(small=True, folder=tmp_path)
@@ -34,6 +35,7 @@ def test_distinguishability() -> None:
     assert averaged[1] < averaged[0]  # elements are sweet spots
 
 
+@pytest.mark.slow
 def test_sweet_spots(tmp_path: Path) -> None:
     """Errors are as large as predicted, and where the model misses something their sign is predicted too."""
     by_size, by_sign, _ = study("nicolson_fearing/sweet_spots").main(small=True, folder=tmp_path)
@@ -45,6 +47,7 @@ def test_sweet_spots(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "sweet_spots.png")
 
 
+@pytest.mark.slow
 def test_sweet_spots_of_places(tmp_path: Path) -> None:
     """What edges leave over at a place foretells the bias of other tips there, and nothing where nothing is missing."""
     found = study("nicolson_fearing/sweet_spots_of_places").main(small=True, folder=tmp_path)
@@ -55,6 +58,7 @@ def test_sweet_spots_of_places(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "sweet_spots_of_places.png")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the folder of measured data is absent")
 def test_sweet_spots_of_a_measured_pad(tmp_path: Path) -> None:
     """Spread and bias of the barometers' locations are predicted from half of the touches."""
@@ -68,6 +72,7 @@ def test_sweet_spots_of_a_measured_pad(tmp_path: Path) -> None:
     assert sign.r_squared > 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the folder of measured data is absent")
 def test_measured_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Traced effects lower the error on touches that nothing has seen; numbers of the full run are in the docs."""

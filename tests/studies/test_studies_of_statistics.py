@@ -21,6 +21,7 @@ def test_pooling(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "pooling.png")
 
 
+@pytest.mark.slow
 def test_from_finger_to_finger() -> None:
     """One sixth finger with nine touches, and how many touches a finger alone needs for the same sd of R."""
     module = study("from_finger_to_finger")
@@ -39,6 +40,7 @@ def test_from_finger_to_finger() -> None:
     assert [row.split("|")[-2].strip() for row in module.table(made).splitlines()[2:]] == ["20", "more than 40"]
 
 
+@pytest.mark.slow
 def test_coverage() -> None:
     """The study's intervals that propagate the calibration cover more than those that plug it in.
 
@@ -70,6 +72,7 @@ def test_coverage_of_pads() -> None:
     assert table.count(" ± ") == 18
 
 
+@pytest.mark.slow
 def test_sbc_touches(tmp_path: Path) -> None:
     """At a level of 1 % in each of four settings: that the study runs; 5 % too narrow are noticed with 0.1."""
     module = study("sbc_touches")
@@ -135,6 +138,7 @@ def test_sbc_calibration_at_length() -> None:
     assert len(found.ranks) == 30
 
 
+@pytest.mark.slow
 def test_error_rates() -> None:
     """Nothing where nothing is, the effect where one is, and no name for what no catalogue lists."""
     none, crosstalk, lobe = (record["diagnosis"] for record in study("error_rates").main(["--processes", "1"]))

@@ -24,6 +24,7 @@ def test_noise_row(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "noise_row.png")
 
 
+@pytest.mark.slow
 def test_table_3_modulus(tmp_path: Path) -> None:
     """One soft modulus explains the Hertz columns, and predicts the rest of the paper that depends on it."""
     found = study("nicolson_fearing/table_3_modulus").main(small=True, folder=tmp_path)
@@ -40,6 +41,7 @@ def test_table_3_modulus(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "table_3_modulus.png")
 
 
+@pytest.mark.slow
 def test_table_3_residual(tmp_path: Path) -> None:
     """What the authors' model squeezes explains both ends of the frictionless columns; finite strain, Table 1 alone."""
     module = study("nicolson_fearing/table_3_residual")
@@ -81,6 +83,7 @@ def by_key(rows: list[Beside]) -> dict[str, Beside]:
     return {row.key: row for row in rows}
 
 
+@pytest.mark.slow
 def test_table_1(tmp_path: Path) -> None:
     """Flats by Hertz fit worse by what the modulus of Table 3 implies; the errors that were put in come out."""
     rows = by_key(study("nicolson_fearing/table_1").main(small=True, folder=tmp_path))
@@ -111,6 +114,7 @@ def test_table_3(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "table_3.png")
 
 
+@pytest.mark.slow
 def test_table_4(tmp_path: Path) -> None:
     """Location and noise add up to the total; averages of the empirical calibration are nearly as good as printed."""
     rows = by_key(study("nicolson_fearing/table_4").main(small=True, folder=tmp_path))
@@ -170,6 +174,7 @@ def test_figure_12(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "figure_12.png")
 
 
+@pytest.mark.slow
 def test_figure_13(tmp_path: Path) -> None:
     """Tips come out in order everywhere and err alike if errors belong to the place, and not if they do not repeat."""
     module = study("nicolson_fearing/figure_13")
@@ -181,6 +186,7 @@ def test_figure_13(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "figure_13.png")
 
 
+@pytest.mark.slow
 def test_every_published_number_has_its_own(tmp_path: Path) -> None:
     """The comparison holds them all, and most differences are those that the paper's own notes explain."""
     found = study("nicolson_fearing/compare_published").main(small=True, folder=tmp_path)
@@ -191,6 +197,7 @@ def test_every_published_number_has_its_own(tmp_path: Path) -> None:
     assert page.count("| `") == len(found.rows)
 
 
+@pytest.mark.slow
 def test_ridge(tmp_path: Path) -> None:
     """Near the core the gain trades with depth and with σ; the response, which touches fix, does not."""
     module = study("nicolson_fearing/ridge")
@@ -201,6 +208,7 @@ def test_ridge(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "ridge.png")
 
 
+@pytest.mark.slow
 def test_table_3_diagnosis(tmp_path: Path) -> None:
     """The rigid core is named first where Hertz was calibrated, and R is read without bias once it is there."""
     found = study("nicolson_fearing/table_3_diagnosis").main(small=True, folder=tmp_path)

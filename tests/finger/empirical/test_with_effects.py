@@ -72,6 +72,7 @@ def identified(dataset: bayestouch.DataSet, **options: object) -> bayestouch.Cal
     return bayestouch.calibrate(dataset, e_map="empirical", draws=64, seed=1, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "worse"), [("gain_nonlinearity", 2.0), ("crosstalk", 1.05)])
 def test_touches_are_read_as_without_the_effect(effect: str, worse: float, tmp_path: Path) -> None:
     """Map and effect together; a map alone takes up what is in proportion to the load, as crosstalk of edges is."""
@@ -91,6 +92,7 @@ def test_touches_are_read_as_without_the_effect(effect: str, worse: float, tmp_p
     assert calibration.statistics["lack_of_fit_empirical"] < 1.5 < of_model.statistics["lack_of_fit"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("effect", "better"), [("creep", 0.95), ("baseline_drift", 0.9)])
 def test_effects_of_time_go_with_a_map(effect: str, better: float) -> None:
     """What changes while a touch is held, and what drifts: the map alone takes them for properties of the place."""
@@ -100,6 +102,7 @@ def test_effects_of_time_go_with_a_map(effect: str, better: float) -> None:
     assert covered(found)
 
 
+@pytest.mark.slow
 def test_a_correction_is_left_to_the_map() -> None:
     found = identified(finger("crosstalk"), model=model_of("crosstalk", correction=True))
     assert not any(name.startswith("placed_") for name in found.extra)
@@ -151,6 +154,7 @@ def test_a_reading_that_does_not_depend_on_its_signal_counts_for_nothing() -> No
     np.testing.assert_allclose(without.signal[:, 1:], whole.signal[:, 1:], rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", ["gain_nonlinearity", "crosstalk"])
 def test_covariance_of_readings_holds_that_of_the_effects(effect: str) -> None:
     """The part of a value against maps that are identified anew beside it a step to either side."""

@@ -99,11 +99,13 @@ def quadrature(posterior: FingerPosterior, touch: int, mode: np.ndarray, hessian
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load_known", [True, False])
 def test_posteriors_agree_with_quadrature(load_known: bool) -> None:
     agree_with_quadrature(HARD, load_known, draws=40000)
 
 
+@pytest.mark.slow
 def test_posteriors_by_moves_of_emcee_agree_with_quadrature() -> None:
     agree_with_quadrature(HARD[:1], True, draws=40000, moves=emcee.moves.StretchMove())
 

@@ -96,6 +96,7 @@ def propagated(read: Read, plugged_in: list[Marginals]) -> list[Marginals]:
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["emcee", "importance"])
 @pytest.mark.parametrize("calibration", ["plugged_in", "propagated"])
 def test_twenty_touches_agree_with_quadrature(

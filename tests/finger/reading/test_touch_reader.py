@@ -60,6 +60,7 @@ def test_single_samples_keep_the_number_of_their_touch() -> None:
     np.testing.assert_array_equal(read.rows.touch, touches.touch)
 
 
+@pytest.mark.slow
 def test_blocks_that_were_cut_and_joined_have_the_effects_of_each_touch() -> None:
     data, calibration = finger("memory")
     reader = FingerTouchReader.from_calibration(calibration, Options())

@@ -16,6 +16,7 @@ from bayestouch.errors import InputError
 from bayestouch.simulation import simulate
 
 
+@pytest.mark.slow
 def test_two_data_sets_side_by_side(tmp_path: Path) -> None:
     """A finger and the same finger with one element's gain changed by the repairer: that element is named."""
     first = simulate(FINGER, seed=4).dataset
