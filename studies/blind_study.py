@@ -42,6 +42,7 @@ How results are counted, written down before any run:
         --study NAME    first or second, in place of the third
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
         --again         the fingers of 8 elements of a study that was run, with the code of today: for development
+        --form TEXT     with --again: only those with this form, cause or pair
         --cases N       ends after N new cases
         --tables        runs nothing: prints the tables
         --docs          runs nothing: writes the tables of the page of the study in docs
@@ -235,11 +236,14 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("--study", choices=BLIND_STUDIES, default="third")
     parser.add_argument("--development", action="store_true", help="a handful of today's forms, with other seeds")
     parser.add_argument("--again", action="store_true", help="cases that were run, for development")
+    parser.add_argument("--form", default="", help="with --again: only fingers with this in the names of their effects")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--cases", type=int, metavar="N", help="end after N new cases")
     parser.add_argument("--tables", action="store_true", help="run nothing: print the tables")
     parser.add_argument("--docs", action="store_true", help="run nothing: write the tables of the page")
     given = parser.parse_args(arguments)
+    if given.form and not given.again:
+        parser.error("--form needs --again: a study is run whole")
     study = BLIND_STUDIES[given.study]
     folder = given.output or Path(study.name)
     try:
@@ -253,6 +257,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
             done = {each["key"] for each in results}
             planned = trial_cases() if given.development else cases(study)
             left = [each for each in planned if each.key not in done and not (given.again and each.design != "small")]
+            left = [each for each in left if any(given.form in key for key, _ in each.effects) or not given.form]
             left = left[: given.cases]
             with appending(folder / "results.jsonl") as append:
                 for _, record in tqdm(finished(run, commit, left, processes=given.processes), total=len(left)):

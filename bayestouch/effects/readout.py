@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
+from bayestouch.chain.smooth import SmoothBasis
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
 from bayestouch.effects.element import EXCESS, SPREAD, of_elements
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
@@ -19,6 +20,10 @@ FAR = 5.0
 STEEP, LEAST = 50.0, 1e-3
 # Least gain over that at zero: where the gain vanishes, a fit has no slope and does not find its way back.
 LEAST_GAIN = 0.05
+# Gain curve over the reading by the peak: correlated over a third of the peak, so that it follows a bend that is wider
+# than that; and the sd of its weights, which is that of the gain at any reading. Beyond the peak it returns to zero.
+GAIN_CURVE = SmoothBasis.of(0.0, 1.0, 0.3)
+WEIGHTS, BEND = GAIN_CURVE.root.shape[1], 0.1
 # Least power of the strain in the share of a slow change. At -1 the change would be the same for any strain, and with
 # still lower powers a small strain would leave more than a large one.
 LEAST_STRAIN_POWER = -0.9
@@ -30,8 +35,9 @@ class GainNonlinearity(Effect):
 
     The curve is expansive for `share` > 0, compressive for `share` < 0. Power 1 is the first term of a rational curve,
     power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well. In the looser form the
-    share of element e is 1 + `own_e` times this, and `second` is the share of half the power: with both the curve may
-    have an inflection.
+    share of element e is 1 + `own_e` times this, and the gain of all elements also follows a smooth random function of
+    |y/peak| with independent weights `curve_1` and on: any curve that is smooth over a third of the peak, whatever its
+    formula.
 
     Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions.
     """
@@ -51,17 +57,20 @@ class GainNonlinearity(Effect):
         return cls()
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
-        what = "change of gain at the peak with half the power"
-        second = EffectParameter("second", "", what, Normal(0.0, 0.3), (0.0,))
-        return (*own_parameters(n_elements, EXCESS, SPREAD), second)
+        curve = (
+            EffectParameter(f"curve_{k}", "", f"weight {k} of the gain curve", Normal(0.0, BEND), (0.1 * BEND,), 0.0)
+            for k in range(1, WEIGHTS + 1)
+        )
+        return (*own_parameters(n_elements, EXCESS, SPREAD), *curve)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, power, *more = values
-        *own, second = more or (0.0,)
+        own, curve = more[: len(more) - WEIGHTS], more[len(more) - WEIGHTS :]
         # A step of a fit may lead to extreme values of the signal and the power.
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
-        power = min(power, STEEP)
-        change = share * of_elements(own) * size**power + (second * size ** (0.5 * power) if second else 0.0)
+        change = share * of_elements(own) * size ** min(power, STEEP)
+        if any(curve):
+            change = change + GAIN_CURVE(size) @ np.array(curve)
         return np.asarray(recording.signal * np.maximum(1 + change, LEAST_GAIN))
 
 
@@ -172,9 +181,12 @@ class Memory(Effect):
     `share` is the part that remains after the median pause between touches; it decays further with time. Rubber has
     more than one relaxation time: the logarithms of the times are normal with median `time` and sd `breadth`
     (three exponentials, by Gauss-Hermite quadrature). In the looser form the share of element e is 1 + `own_e` times
-    this, and grows with the power `strain_power` of the earlier reading.
+    this, and grows with the power `strain_power` of the earlier reading. Earlier touches may also change the gain, as
+    they do where they break up the network of a filler: by `gain` times the sum, decayed likewise, of their readings
+    over the peak.
 
-    Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra).
+    Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra); A. R.
+    Payne (1962), doi:10.1002/app.1962.070061906 (recovery of filled rubber).
     """
 
     parameters: tuple[EffectParameter, ...]
@@ -202,11 +214,12 @@ class Memory(Effect):
         )
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
-        return _of_strain(n_elements)
+        gain = EffectParameter("gain", "", "change of gain after a pause", Normal(0.0, 0.1), (0.001,), 0.0)
+        return (*_of_strain(n_elements), gain)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, time, breadth, *looser = values
-        history = recording.history
+        history, of_gain = recording.history, looser.pop() if looser else 0.0
         if history is None:
             return recording.signal
         if looser:
@@ -216,7 +229,8 @@ class Memory(Effect):
         # If the relaxation time is far below the pause, nothing remains, whatever the share.
         after_pause = max(float(SPECTRUM_WEIGHTS @ np.exp(-self.pause_s / times)), 1e-22)
         fade = SPECTRUM_WEIGHTS[:, None] * np.exp(-recording.held_s / times[:, None])
-        return np.asarray(recording.signal + share / after_pause * np.einsum("fn,fnm->nm", fade, left))
+        kept = np.einsum("fn,fnm->nm", fade, left) / after_pause
+        return np.asarray(recording.signal * (1 + of_gain * kept / recording.peak) + share * kept)
 
 
 def _of_strain(n_elements: int) -> tuple[EffectParameter, ...]:

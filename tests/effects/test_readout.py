@@ -68,11 +68,37 @@ def test_limits_that_are_unequal_and_fall() -> None:
 def test_gains_that_bend_unequally() -> None:
     looser = GainNonlinearity().looser(2)
     assert looser is not None
-    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0, 0.0))[0]
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0, *np.zeros(8)))[0]
     np.testing.assert_allclose(found, [2.0 * (1 + 0.2 * 1.5 * (2 / 3) ** 2), 3.0])
-    # With half the power the curve has an inflection.
-    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0, -0.1))[0]
-    np.testing.assert_allclose(found, [2.0 * (1 + 0.3 * (2 / 3) ** 2 - 0.1 * 2 / 3), 3.0 * (1 - 0.1 * 3 / 4)])
+
+
+def test_a_gain_curve_of_any_smooth_form() -> None:
+    """Over the prior of its weights it has an sd of 0.1 and a Matérn correlation over 0.3 peak, for either sign."""
+    looser = GainNonlinearity().looser(2)
+    assert looser is not None
+    # the first element at each seventh of its peak, where the knots are
+    share = np.arange(8) / 7
+    rows = replace(recording([0.0, 0.0], [1.0, 2.0]), signal=np.stack([3.0 * share, -4.0 * share], axis=1))
+    changes = []
+    for k, each in enumerate(looser.parameters[4:]):
+        values = (0.0, 2.0, 0.0, 0.0, *(each.prior.quantile(0.8413447) * (np.arange(8) == k)))
+        changes.append((looser.signal(rows, values) - rows.signal)[1:] / rows.signal[1:])
+    assert [each.name for each in looser.parameters[4:]] == [f"curve_{k}" for k in range(1, 9)]
+    first, second = np.array(changes).transpose(2, 0, 1)
+    np.testing.assert_allclose(first, second, atol=1e-12)
+    distance = np.sqrt(3) * np.abs(share[1:, None] - share[1:]) / 0.3
+    np.testing.assert_allclose(first.T @ first, 0.01 * (1 + distance) * np.exp(-distance), rtol=1e-4)
+
+
+def test_touches_before_change_the_gain() -> None:
+    """By 0.2 times what is left of them over the peak, and not by what they leave in the reading."""
+    memory = Memory.suited(FINGER)
+    assert isinstance(memory, Memory)
+    looser = memory.looser(2)
+    assert looser is not None and looser.parameters[-1].name == "gain"
+    left = (memory.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.1, 4.0, 0.5))[0] - [2.0, 3.0]) / 0.1
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.0, 4.0, 0.5, 0.0, 0.0, 0.0, 0.2))[0]
+    np.testing.assert_allclose(found, [2.0 * (1 + 0.2 * left[0] / 3), 3.0 * (1 + 0.2 * left[1] / 4)])
 
 
 def test_creep_and_memory_that_grow_with_the_strain() -> None:
@@ -91,5 +117,5 @@ def test_creep_and_memory_that_grow_with_the_strain() -> None:
     assert looser is not None
     # The earlier readings over the peak are 1/3 and 1/2.
     plain = memory.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.1, 4.0, 0.5))[0] - [2.0, 3.0]
-    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.1, 4.0, 0.5, *own, power))[0]
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.1, 4.0, 0.5, *own, power, 0.0))[0]
     np.testing.assert_allclose(found, [2.0 + plain[0] * 1.5 / 3, 3.0 + plain[1] * 0.5 / 2])
