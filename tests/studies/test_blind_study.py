@@ -346,6 +346,14 @@ def test_an_earlier_study_runs_again_for_development(tmp_path: Path, monkeypatch
     assert {each["commit"] for each in blind.kept(tmp_path)} == {"development"}
     with pytest.raises(SystemExit):
         blind.main([*arguments, "--docs"])
+    # some of them by the name of a form, which a study itself cannot be asked for
+    ran.clear()
+    some = "crosstalk: ribbon"
+    blind.main(["-o", str(tmp_path / "some"), *arguments[2:], "--form", some])
+    wanted = [each for each in CASES["first"] if each.design == "small" and some in dict(each.effects)]
+    assert [each.key for each in ran] == [each.key for each in wanted] and len(wanted) > 2
+    with pytest.raises(SystemExit):
+        blind.main(["-o", str(tmp_path / "whole"), "--form", some])
 
 
 def test_results_of_a_trial_do_not_come_into_the_page(tmp_path: Path) -> None:
