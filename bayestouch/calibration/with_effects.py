@@ -14,7 +14,7 @@ from bayestouch.errors import InputError, unknown_name
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
 from bayestouch.model.beginning import Evaluation
 from bayestouch.model.body import body_of
-from bayestouch.model.candidates import score_effects
+from bayestouch.model.candidates import score_in_form
 from bayestouch.model.correction import Correction, corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
@@ -122,7 +122,7 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
 
 def _start(fitted: Fitted, effect: Effect, stated: Mapping[str, float]) -> Values:
     """Starting values of the fit of an effect of the chain: the stated ones, else those of its score test."""
-    (scored,) = score_effects(fitted, (effect,))
-    values = tuple(stated.get(p.name, value) for p, value in zip(effect.parameters, scored.start, strict=True))
+    begun = score_in_form(fitted, effect).start
+    values = tuple(stated.get(p.name, value) for p, value in zip(effect.parameters, begun, strict=True))
     low, high = zip(*(p.prior.support for p in effect.parameters), strict=True)
     return tuple(min(max(v, a), b) for v, a, b in zip(values, low, high, strict=True))

@@ -60,6 +60,11 @@ def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidat
     return tuple(sorted((each for each in scored if each is not None), key=lambda each: -each.gain))
 
 
+def score_in_form(fitted: Fitted, effect: Effect) -> Candidate:
+    """Score of an effect of the chain in the form that is given, even where a looser one gains more."""
+    return _of_form(effect, fitted, Scorer(fitted.linear))
+
+
 @singledispatch
 def _scored(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate | None:
     """Best signature of an effect, in its looser form where that has further amplitudes and they gain more."""

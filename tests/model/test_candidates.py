@@ -14,7 +14,7 @@ from bayestouch.effects.effect import Effect, EffectParameter
 from bayestouch.effects.random import GainDrift
 from bayestouch.model import candidates
 from bayestouch.model.base import Predicted
-from bayestouch.model.candidates import DRIFT_SIZES, best_size, score_effects
+from bayestouch.model.candidates import DRIFT_SIZES, best_size, score_effects, score_in_form
 from bayestouch.model.linear import Linearised, Score
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
@@ -177,6 +177,10 @@ def test_the_looser_form_is_scored_where_its_amplitudes_gain_more() -> None:
     assert found.trials == 4 and len(found.effect.parameters) == 3
     np.testing.assert_allclose(found.start, (3.0, 2.0, 6.0), rtol=1e-4)
     assert found.gain == pytest.approx(0.5 * (81 + 324 + 1089) - np.log(3), rel=1e-5)
+    # An effect that a user states is in the form that was stated. With power 1, Σ place r = 144, Σ place² = 14.
+    stated = score_in_form(fitted([9.0, 18.0, 33.0]), WithConstant())
+    assert stated.effect == WithConstant() and len(stated.start) == 2
+    assert found.gain > stated.gain == pytest.approx(0.5 * 144**2 / 14 - 0.5 * np.log(3), rel=1e-5)
     # Nothing of a constant: the form with fewer amplitudes gains more.
     (found,) = score_effects(fitted([3.0, 12.0, 27.0]), (WithConstant(),))
     assert found.trials == 4 and len(found.effect.parameters) == 2
