@@ -35,9 +35,10 @@ class GainNonlinearity(Effect):
 
     The curve is expansive for `share` > 0, compressive for `share` < 0. Power 1 is the first term of a rational curve,
     power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well. In the looser form the
-    share of element e is 1 + `own_e` times this, and the gain of all elements also follows a smooth random function of
-    |y/peak| with independent weights `curve_1` and on: any curve that is smooth over a third of the peak, whatever its
-    formula.
+    share of element e is 1 + `own_e` times this. On a finger the gain of all elements also follows a smooth random
+    function of |y/peak| with independent weights `curve_1` and on: any curve that is smooth over a third of the peak,
+    whatever its formula. On a pad such a curve would imitate a kernel whose width changes with the load. There
+    `second` is the share of half the power: with both powers the curve may have an inflection.
 
     Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions.
     """
@@ -46,6 +47,7 @@ class GainNonlinearity(Effect):
         EffectParameter("share", "", "change of gain at the peak", Normal(0.0, 0.3), (0.001,), 0.0),
         EffectParameter("power", "", "power of the reading", LogNormal(1.4, 0.4), (1.0, 2.0)),
     )
+    on_finger: bool = True
 
     name: ClassVar[str] = "gain_nonlinearity"
     stage: ClassVar[Stage] = "readout"
@@ -54,23 +56,31 @@ class GainNonlinearity(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls()
+        return cls(on_finger=setting.finger)
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        own = own_parameters(n_elements, EXCESS, SPREAD)
+        if not self.on_finger:
+            what = "change of gain at the peak with half the power"
+            return (*own, EffectParameter("second", "", what, Normal(0.0, 0.3), (0.0,)))
         curve = (
             EffectParameter(f"curve_{k}", "", f"weight {k} of the gain curve", Normal(0.0, BEND), (0.1 * BEND,), 0.0)
             for k in range(1, WEIGHTS + 1)
         )
-        return (*own_parameters(n_elements, EXCESS, SPREAD), *curve)
+        return (*own, *curve)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, power, *more = values
-        own, curve = more[: len(more) - WEIGHTS], more[len(more) - WEIGHTS :]
+        m = recording.signal.shape[1]
+        own, bends = more[:m], more[m:]
         # A step of a fit may lead to extreme values of the signal and the power.
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
-        change = share * of_elements(own) * size ** min(power, STEEP)
-        if any(curve):
-            change = change + GAIN_CURVE(size) @ np.array(curve)
+        power = min(power, STEEP)
+        change = share * of_elements(own) * size**power
+        if any(bends):
+            change = change + (
+                GAIN_CURVE(size) @ np.array(bends) if self.on_finger else bends[0] * size ** (0.5 * power)
+            )
         return np.asarray(recording.signal * np.maximum(1 + change, LEAST_GAIN))
 
 
@@ -181,9 +191,9 @@ class Memory(Effect):
     `share` is the part that remains after the median pause between touches; it decays further with time. Rubber has
     more than one relaxation time: the logarithms of the times are normal with median `time` and sd `breadth`
     (three exponentials, by Gauss-Hermite quadrature). In the looser form the share of element e is 1 + `own_e` times
-    this, and grows with the power `strain_power` of the earlier reading. Earlier touches may also change the gain, as
-    they do where they break up the network of a filler: by `gain` times the sum, decayed likewise, of their readings
-    over the peak.
+    this, and grows with the power `strain_power` of the earlier reading. On a finger, earlier touches may also change
+    the gain, as they do where they break up the network of a filler: by `gain` times the sum, decayed likewise, of
+    their readings over the peak.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra); A. R.
     Payne (1962), doi:10.1002/app.1962.070061906 (recovery of filled rubber).
@@ -191,6 +201,7 @@ class Memory(Effect):
 
     parameters: tuple[EffectParameter, ...]
     pause_s: float
+    on_finger: bool = True
 
     name: ClassVar[str] = "memory"
     stage: ClassVar[Stage] = "readout"
@@ -211,15 +222,16 @@ class Memory(Effect):
                 EffectParameter("breadth", "", "sd of the logarithm of the relaxation time", Uniform(0.0, 2.0), (0.5,)),
             ),
             pause,
+            setting.finger,
         )
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
         gain = EffectParameter("gain", "", "change of gain after a pause", Normal(0.0, 0.1), (0.001,), 0.0)
-        return (*_of_strain(n_elements), gain)
+        return (*_of_strain(n_elements), gain) if self.on_finger else _of_strain(n_elements)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, time, breadth, *looser = values
-        history, of_gain = recording.history, looser.pop() if looser else 0.0
+        history, of_gain = recording.history, looser.pop() if looser and self.on_finger else 0.0
         if history is None:
             return recording.signal
         if looser:

@@ -9,7 +9,7 @@ import pytest
 
 from bayestouch.chain.recording import History, Recording
 from bayestouch.effects.effect import Effect
-from bayestouch.effects.listing import FINGER
+from bayestouch.effects.listing import FINGER, PAD
 from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
 
 
@@ -70,6 +70,11 @@ def test_gains_that_bend_unequally() -> None:
     assert looser is not None
     found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0, *np.zeros(8)))[0]
     np.testing.assert_allclose(found, [2.0 * (1 + 0.2 * 1.5 * (2 / 3) ** 2), 3.0])
+    # With half the power the curve of a pad has an inflection.
+    looser = GainNonlinearity(on_finger=False).looser(2)
+    assert looser is not None and looser.parameters[-1].name == "second"
+    found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.2, 2.0, 0.5, -1.0, -0.1))[0]
+    np.testing.assert_allclose(found, [2.0 * (1 + 0.3 * (2 / 3) ** 2 - 0.1 * 2 / 3), 3.0 * (1 - 0.1 * 3 / 4)])
 
 
 def test_a_gain_curve_of_any_smooth_form() -> None:
@@ -96,6 +101,8 @@ def test_touches_before_change_the_gain() -> None:
     assert isinstance(memory, Memory)
     looser = memory.looser(2)
     assert looser is not None and looser.parameters[-1].name == "gain"
+    on_pad = Memory.suited(PAD)
+    assert on_pad is not None and "gain" not in on_pad.looser(2).names  # type: ignore[union-attr]
     left = (memory.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.1, 4.0, 0.5))[0] - [2.0, 3.0]) / 0.1
     found = looser.signal(recording([2.0, 3.0], [1.0, 2.0]), (0.0, 4.0, 0.5, 0.0, 0.0, 0.0, 0.2))[0]
     np.testing.assert_allclose(found, [2.0 * (1 + 0.2 * left[0] / 3), 3.0 * (1 + 0.2 * left[1] / 4)])
