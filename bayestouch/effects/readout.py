@@ -77,10 +77,10 @@ class GainNonlinearity(Effect):
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
         power = min(power, STEEP)
         change = share * of_elements(own) * size**power
-        if any(bends):
-            change = change + (
-                GAIN_CURVE(size) @ np.array(bends) if self.on_finger else bends[0] * size ** (0.5 * power)
-            )
+        if any(bends) and self.on_finger:
+            change = change + GAIN_CURVE(size) @ np.array(bends)
+        elif any(bends):
+            change = change + bends[0] * size ** (0.5 * power)
         return np.asarray(recording.signal * np.maximum(1 + change, LEAST_GAIN))
 
 
@@ -242,7 +242,9 @@ class Memory(Effect):
         after_pause = max(float(SPECTRUM_WEIGHTS @ np.exp(-self.pause_s / times)), 1e-22)
         fade = SPECTRUM_WEIGHTS[:, None] * np.exp(-recording.held_s / times[:, None])
         kept = np.einsum("fn,fnm->nm", fade, left) / after_pause
-        return np.asarray(recording.signal * (1 + of_gain * kept / recording.peak) + share * kept)
+        # a reader asks with every touch: without a change of the gain its product is left out
+        signal = recording.signal * (1 + of_gain * kept / recording.peak) if of_gain else recording.signal
+        return np.asarray(signal + share * kept)
 
 
 def _of_strain(n_elements: int) -> tuple[EffectParameter, ...]:
