@@ -22,6 +22,8 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 EXCESS, SPREAD = "relative excess of the share", 0.5
 # Largest relative excess of the leak from one side. The other side then leaks a ninth of it; at one it would leak none.
 MOST_LEAN = 0.8
+# Most channels back of which a lag holds a share of their own. Scan lists that keep neighbours apart go by two or four.
+MOST_BACK = 4
 # Neighbours in the plane are nearer than this many times the nearest one: the next ones in a row, not those across a
 # diagonal (1.41 on a square grid).
 NEAR_PITCHES = 1.2
@@ -123,7 +125,9 @@ class ChannelLag(Effect):
     Channels are scanned in the order of the table; the first one follows the last one of the previous scan. All
     earlier channels together have the weight `share`. With each step back the weight is smaller by the factor `carry`:
     `carry` is 0 if each channel starts from zero, equals `share` if one capacitor settles from channel to channel, and
-    is negative if the amplifier rings. In the looser form the change of element e is 1 + `own_e` times this.
+    is negative if the amplifier rings. In the looser form the change of element e is 1 + `own_e` times this. On a
+    finger each channel then also holds the share `back_k` of the channel k places before it in the table: a multiplexer
+    may scan in another order than that of the table.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """
@@ -132,6 +136,7 @@ class ChannelLag(Effect):
         EffectParameter("share", "", "share left of the channel before", Normal(0.0, 0.1), (0.001,), 0.0),
         EffectParameter("carry", "", "weight of a channel over that of the next one", Uniform(-0.8, 0.8), (0.1, -0.5)),
     )
+    on_finger: bool = True
 
     name: ClassVar[str] = "channel_lag"
     stage: ClassVar[Stage] = "element"
@@ -139,18 +144,27 @@ class ChannelLag(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls() if setting.n_elements > 2 else None
+        return cls(on_finger=setting.finger) if setting.n_elements > 2 else None
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
-        return own_parameters(n_elements, EXCESS, SPREAD)
+        own = own_parameters(n_elements, EXCESS, SPREAD)
+        if not self.on_finger:
+            return own
+        return own + tuple(
+            EffectParameter(f"back_{k}", "", f"share left of the channel {k} before", Normal(0.0, 0.1), (0.001,), 0.0)
+            for k in range(2, min(MOST_BACK, n_elements - 1) + 1)
+        )
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, carry, *own = values
+        share, carry, *looser = values
         m = recording.signal.shape[1]
+        own, back = looser[:m], looser[m:]
         # The weight of the channel k + 1 before is (1 - carry) carry^k, summed over all scans of this channel.
         before = (np.arange(m)[:, None] - np.arange(m) - 1) % m
-        weight = (1 - carry) * carry**before / (1 - carry**m) - np.eye(m)
-        weight = (share * weight * of_elements(own)[:, None]).astype(recording.signal.dtype)
+        weight = share * ((1 - carry) * carry**before / (1 - carry**m) - np.eye(m))
+        for k, left in enumerate(back, start=2):
+            weight = weight + left * ((before == k - 1) - np.eye(m))
+        weight = (weight * of_elements(own)[:, None]).astype(recording.signal.dtype)
         return np.asarray(recording.signal + recording.signal @ weight.T)
 
 
@@ -162,12 +176,14 @@ class Proximity(Effect):
     The height grows with a power of the load, `load_power`: with 0 it does not depend on the load, with 1 it is
     proportional to the load.
     `tails` is the shape of the bell: the larger, the more slowly it decreases. In the looser form the response of
-    element e is 1 + `own_e` times this.
+    element e is 1 + `own_e` times this, and the height also depends on the tip: it is `blunt` R/r_b more under a tip of
+    composite radius R, as blunt tips have more surface near the element than an edge, for which R = 0.
 
     Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.
     """
 
     parameters: tuple[EffectParameter, ...]
+    outer_mm: float
 
     name: ClassVar[str] = "proximity"
     stage: ClassVar[Stage] = "element"
@@ -185,17 +201,28 @@ class Proximity(Effect):
                 EffectParameter("width", "degree", "half width at half the height", LogNormal(35.0, 0.5), widths),
                 EffectParameter("load_power", "", "power of the load", Uniform(0.0, 1.0), (0.0, 1.0)),
                 TAILS,
-            )
+            ),
+            setting.radii_mm[1],
         )
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
-        return own_parameters(n_elements, EXCESS, SPREAD)
+        what = "size under a flat over the peak reading, beyond that under an edge"
+        blunt = EffectParameter("blunt", "", what, Normal(0.0, 0.1), (0.001,), 0.0)
+        return (*own_parameters(n_elements, EXCESS, SPREAD), blunt)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, width, power, tails, *own = values
+        share, width, power, tails, *looser = values
+        height: FloatArray | float = share
+        if looser:
+            height = share + looser.pop() * bluntness(recording.indenter_radius_mm, self.outer_mm)[:, None]
         turn = (recording.element_place[0] - recording.place[0][:, None] + 180) % 360 - 180
         size = recording.peak * (np.maximum(recording.load, 0.0) / recording.reference_load)[:, None] ** power
-        return np.asarray(recording.signal + share * of_elements(own) * size * bell((turn / width) ** 2, tails))
+        return np.asarray(recording.signal + height * of_elements(looser) * size * bell((turn / width) ** 2, tails))
+
+
+def bluntness(indenter_radius_mm: FloatArray, outer_mm: float) -> FloatArray:
+    """R/r_b = r_c/(r_c + r_b), (n,): 0 of an edge, 1 of a flat, and of a tip whose radius is not known."""
+    return 1 - np.nan_to_num(outer_mm / (outer_mm + indenter_radius_mm))
 
 
 def of_elements(own: Sequence[float]) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.effects.element import bluntness
 from bayestouch.priors.parameters import Normal
 
 # Largest angle error of a prober, degree. On a finger of 12.7 mm the axis would be 1.1 mm beside, which is seen without
@@ -78,8 +79,7 @@ class ProberEccentricity(Effect):
     def pose(self, recording: Recording, values: Values) -> Recording:
         error = once_around(recording.place[0], values[:2], self.centre)
         if len(values) > 2:
-            # of tips whose radius is not known: as of a flat
-            beside = np.nan_to_num(self.outer_mm / (self.outer_mm + recording.indenter_radius_mm))
+            beside = 1 - bluntness(recording.indenter_radius_mm, self.outer_mm)
             error = error + beside * (values[2] + once_around(recording.place[0], values[3:], (0.0, 0.0)))
         return replace(recording, place=(recording.place[0] + error, *recording.place[1:]))
 

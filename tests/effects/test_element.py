@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from bayestouch.chain.recording import Recording
 from bayestouch.effects import effect_classes
-from bayestouch.effects.element import ChannelLag, Crosstalk
+from bayestouch.effects.element import ChannelLag, Crosstalk, Proximity
 from bayestouch.effects.listing import FINGER, PAD
 
 
@@ -97,6 +99,39 @@ def test_channels_that_settle_unequally() -> None:
     assert looser is not None
     plain = ChannelLag().signal(one, (0.2, 0.3)) - signal
     np.testing.assert_allclose(looser.signal(one, (0.2, 0.3, *own)), signal + (1 + own) * plain)
+
+
+def test_a_multiplexer_that_scans_every_second_channel_first() -> None:
+    """Of six channels 0, 2, 4 are scanned, then 1, 3, 5: most hold a share of the channel two before in the table."""
+    signal, left = np.random.default_rng(6).uniform(0, 1, (4, 6)), 0.2
+    scanned_before = [5, 4, 0, 1, 2, 3]
+    wanted = signal + left * (signal[:, scanned_before] - signal)
+    looser = ChannelLag().looser(6)
+    assert looser is not None and [each.name for each in looser.parameters[8:]] == ["back_2", "back_3", "back_4"]
+    found = looser.signal(recording(signal, (np.arange(6.0),)), (0.0, 0.0, *np.zeros(6), left, 0.0, 0.0))
+    np.testing.assert_allclose(found[:, 2:], wanted[:, 2:], rtol=1e-12)
+    # the first two hold a share of the last two of the scan before
+    np.testing.assert_allclose(found[:, :2], signal[:, :2] + left * (signal[:, 4:] - signal[:, :2]), rtol=1e-12)
+    # on a pad, whose scan goes row by row, neighbours of the plane would be among them
+    on_pad = ChannelLag.suited(PAD)
+    assert on_pad is not None
+    further = on_pad.further_parameters(PAD.n_elements)
+    assert all(each.name.startswith("own_") for each in further)
+
+
+def test_blunt_tips_are_felt_from_further_off_than_edges() -> None:
+    """An edge, a tip as round as the finger, and a flat: R/r_b is 0, a half and 1."""
+    effect = Proximity.suited(FINGER)
+    assert effect is not None
+    looser = effect.looser(3)
+    assert looser is not None
+    outer, signal, angle = FINGER.radii_mm[1], np.ones((3, 3)), np.array([-10.0, 0.0, 10.0])
+    tips = replace(recording(signal, (angle,)), indenter_radius_mm=np.array([0.0, outer, np.inf]))
+    own = np.array([0.0, 0.5, -0.5])
+    found = looser.signal(tips, (0.02, 20.0, 0.0, 0.0, *own, 0.06)) - signal
+    height = np.array([0.02, 0.05, 0.08])[:, None] * (1 + own)
+    plain = effect.signal(tips, (1.0, 20.0, 0.0, 0.0)) - signal
+    np.testing.assert_allclose(found, height * plain, rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["crosstalk", "channel_lag", "proximity", "gain_nonlinearity", "saturation", "creep"])

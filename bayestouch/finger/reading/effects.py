@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
+from bayestouch.contact.hertz import indenter_radius
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
@@ -100,7 +101,7 @@ class EffectContext:
         if self._pointwise:
             model = self.effects_chain.model
             recording = Recording(
-                indenter_radius_mm=np.full(len(load), np.nan),
+                indenter_radius_mm=indenter_radius(radius_mm, model.finger.outer_radius_mm),
                 place=(np.degrees(angle),),
                 load=load,
                 time_s=np.full(len(load), np.inf),  # after the calibration

@@ -8,6 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from bayestouch.effects.element import Proximity
+from bayestouch.effects.listing import FINGER
 from bayestouch.finger.reading import effects
 
 
@@ -29,3 +31,31 @@ def test_derivatives_are_local_beside_the_standard_deviation(monkeypatch: pytest
     slopes = effects.timed_slopes(cast(Any, chain), cast(Any, SimpleNamespace(n_touches=1)))
     assert slopes.shape == (1, 2, 1, 1)
     np.testing.assert_allclose(slopes.ravel(), [10.0, 3.0], rtol=1e-4)
+
+
+def test_a_reading_depends_on_the_tip_that_is_assumed() -> None:
+    """For each radius R of a density the effect gets the radius of the indenter, 1/(1/R - 1/r_b)."""
+    plain = Proximity.suited(FINGER)
+    assert plain is not None
+    looser = plain.looser(3)
+    assert looser is not None
+    outer, angles = FINGER.radii_mm[1], np.array([-10.0, 0.0, 10.0])
+    model = SimpleNamespace(
+        effects=(looser,),
+        finger=SimpleNamespace(element_angles_deg=angles, outer_radius_mm=outer),
+        peak=np.ones(3),
+        reference_load=200.0,
+    )
+    chain = SimpleNamespace(
+        model=model,
+        values={"proximity": (0.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.06)},
+        correction_table=None,
+    )
+    blank = np.zeros((4, 3))
+    context = effects.EffectContext(
+        cast(Any, chain), np.ones((4, 3)), blank, np.zeros((4, 3, 3)), np.ones(4), np.zeros((0, 2, 4, 3)), exact=True
+    )
+    share = np.array([0.0, 0.25, 0.5, 1.0])
+    found = context.readings(np.ones((4, 3)), share * outer, np.zeros(4), np.full(4, 200.0), np.arange(4))
+    # right above the middle element the bell is 1
+    np.testing.assert_allclose(found[:, 1], 1 + 0.06 * share, rtol=1e-12)
