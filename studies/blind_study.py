@@ -1,19 +1,20 @@
-"""The blind studies of the diagnosis: new forms, new causes, two rubbers, two orders. Each of the three is run once.
+"""The blind studies of the diagnosis: new forms, new causes, two rubbers, two orders. Each of the four is run once.
 
-Forms and causes of the first are in `tests/independent/blind_forms.py`, those of the second and third in
-`second_forms.py` and `third_forms.py` beside it; cases and rules are in this file, tables in
+Forms and causes of the first are in `tests/independent/blind_forms.py`, those of the others in `second_forms.py`,
+`third_forms.py` and `fourth_forms.py` beside it; cases and rules are in this file, tables in
 `studies/_blind_tables.py`. All of them were committed before the code that they examine was frozen. No form was adapted
 to what the diagnosis can do, and no diagnosis of these forms was run before. Results are published whatever they are.
 
 Cases, each with a finger of its own (seeds 88000 and on in the first study, 91000 and on in the second, 94000 and on in
-the third):
+the third, 97000 and on in the fourth):
 
 - one: 2 forms of every effect at sizes 1, 2 and 5; each form sees both rubbers and both orders (third study: each form
-  at each size);
-- none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15, third: 36);
-- unlisted: 12 causes (second and third study: 10) at sizes 2 and 5, for each rubber and order (third study: twice);
-- pair: 30 pairs of effects (second and third study: 24 others), size 2 each, twice with other forms, rubbers or orders
-  (third study: eight times);
+  at each size; fourth study: each form once at each size, with rubbers and orders that change);
+- none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15, third: 36, fourth: 10);
+- unlisted: 12 causes (from the second study on: 10) at sizes 2 and 5, for each rubber and order (third study: twice;
+  fourth study: once at each size, with the first rubber and order alone);
+- pair: 30 pairs of effects (from the second study on: 24 others), size 2 each, twice with other forms, rubbers or
+  orders (third study: eight times);
 - whole, in the first study alone: 12 fingers as large as the practice fingers, counted apart from the others, which
   have 8 elements.
 
@@ -39,7 +40,7 @@ How results are counted, written down before any run:
 - Causes: a set of causes is right as `studies/_cause_rules.py` counts it.
 
     python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
-        --study NAME    first or second, in place of the third
+        --study NAME    first, second or fourth, in place of the third
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
         --again         the fingers of 8 elements of a study that was run, with the code of today: for development
         --form TEXT     with --again: only those with this form, cause or pair
@@ -73,19 +74,20 @@ from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from _blind_pairs import PAIRS, SECOND_PAIRS, THIRD_PAIRS  # noqa: E402
+from _blind_pairs import FOURTH_PAIRS, PAIRS, SECOND_PAIRS, THIRD_PAIRS  # noqa: E402
 from _blind_run import COUNTING, FrozenError, diagnosed, frozen_commit, named, require_own_package  # noqa: E402
 from _blind_tables import NOT_RUN, tables  # noqa: E402
 from _error_rate_versions import code_version, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
 from _result_lines import appending, kept_lines  # noqa: E402
 from _shared_out import finished  # noqa: E402
-from independent import blind_forms, dataset, second_forms, third_forms  # noqa: E402
+from independent import blind_forms, dataset, fourth_forms, second_forms, third_forms  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
 from independent.dataset import write  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
-EFFECTS = {**dataset.EFFECTS, **blind_forms.EFFECTS, **second_forms.EFFECTS, **third_forms.EFFECTS}
+REGISTRIES = (dataset, blind_forms, second_forms, third_forms, fourth_forms)
+EFFECTS = {key: effect for each in REGISTRIES for key, effect in each.EFFECTS.items()}
 #: Rubber and order of touches. Any three that follow each other have both rubbers and both orders.
 CONDITIONS = (("soft", "scan"), ("stiff", "random"), ("soft", "random"), ("stiff", "scan"))
 SIZES, UNLISTED_SIZES, PAIR_SIZE = (1.0, 2.0, 5.0), (2.0, 5.0), 2.0
@@ -127,6 +129,7 @@ BLIND_STUDIES = {
     "first": Study("blind_study", "blind-study", blind_forms, 88_000, 25, PAIRS, WHOLE),
     "second": Study("second_blind_study", "second-blind-study", second_forms, 91_000, 15, SECOND_PAIRS),
     "third": Study("third_blind_study", "third-blind-study", third_forms, 94_000, 36, THIRD_PAIRS, (), 4, 8, 8),
+    "fourth": Study("fourth_blind_study", "fourth-blind-study", fourth_forms, 97_000, 10, FOURTH_PAIRS, (), 1, 1, 2),
 }
 
 
