@@ -12,7 +12,7 @@ the third, 97000 and on in the fourth):
   at each size; fourth study: each form once at each size, with rubbers and orders that change);
 - none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15, third: 36, fourth: 10);
 - unlisted: 12 causes (from the second study on: 10) at sizes 2 and 5, for each rubber and order (third study: twice;
-  fourth study: once at each size, with the first rubber and order alone);
+  fourth study: for two of them, which have both rubbers and both orders);
 - pair: 30 pairs of effects (from the second study on: 24 others), size 2 each, twice with other forms, rubbers or
   orders (third study: eight times);
 - whole, in the first study alone: 12 fingers as large as the practice fingers, counted apart from the others, which
@@ -129,7 +129,7 @@ BLIND_STUDIES = {
     "first": Study("blind_study", "blind-study", blind_forms, 88_000, 25, PAIRS, WHOLE),
     "second": Study("second_blind_study", "second-blind-study", second_forms, 91_000, 15, SECOND_PAIRS),
     "third": Study("third_blind_study", "third-blind-study", third_forms, 94_000, 36, THIRD_PAIRS, (), 4, 8, 8),
-    "fourth": Study("fourth_blind_study", "fourth-blind-study", fourth_forms, 97_000, 10, FOURTH_PAIRS, (), 1, 1, 2),
+    "fourth": Study("fourth_blind_study", "fourth-blind-study", fourth_forms, 97_000, 10, FOURTH_PAIRS, (), 1, 2, 2),
 }
 
 

@@ -44,6 +44,12 @@ NUMBERS = {
         "unlisted": (160, "an unlisted cause: 10 at sizes 2 and 5, twice for each rubber and order"),
         "pair": (192, "two effects of size 2: 24 pairs, eight times"),
     },
+    "fourth": {
+        "one": (126, "one effect: 42 forms at sizes 1, 2 and 5"),
+        "none": (40, "nothing is missing: 10 for each rubber and order"),
+        "unlisted": (40, "an unlisted cause: 10 at sizes 2 and 5, for two of the rubbers and orders"),
+        "pair": (48, "two effects of size 2: 24 pairs, twice"),
+    },
 }
 #: Of the keys of the first study in their order.
 FIRST_CASES = "ce41bbd7e3c9e60bb310b292ec81c9e4e64af0b0a71fff2f89654852aabe5fea"
