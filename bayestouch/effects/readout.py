@@ -109,6 +109,7 @@ class Saturation(Effect):
         EffectParameter("shared", "", "0: of each element's own peak, 1: of the mean peak", Uniform(0, 1), (0.0, 1.0)),
     )
     span_s: float = 0.0
+    on_finger: bool = True
 
     name: ClassVar[str] = "saturation"
     stage: ClassVar[Stage] = "readout"
@@ -117,13 +118,13 @@ class Saturation(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls(span_s=setting.span_s if setting.finger else 0.0)
+        return cls(span_s=setting.span_s, on_finger=setting.finger)
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
         own = own_parameters(n_elements, "logarithm of the relative limit", SPREAD)
         what = "share by which the limit falls over the recording"
         fall = EffectParameter("fall", "", what, Normal(0.0, 0.3, high=0.9), (0.0,))
-        return (*own, fall) if self.span_s > 0 else own
+        return (*own, fall) if self.on_finger and self.span_s > 0 else own
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         level, knee, shared, *own = values

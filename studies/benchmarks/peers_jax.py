@@ -1,6 +1,6 @@
 """The peers of `peers.py`, run by the Python of their own environment: NUTS of NumPyro and whitened HMC, both in JAX.
 
-Reads the posteriors from an ``.npz`` file, writes the draws to another and prints the times as JSON.
+Reads the posteriors from an ``.npz`` file, writes the draws of one of the two to another and prints the times as JSON.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def whitened_hmc(log_density, touch, key):
     return jax.lax.scan(move, (start, *value(start)), keys)[1][HMC_LEFT_OUT:]
 
 
-def timed(name: str, chain, log_density, touches, n: int) -> tuple[dict[str, float], np.ndarray]:
+def timed(chain, log_density, touches, n: int) -> tuple[dict[str, float], np.ndarray]:
     """Compile, run, and give seconds of both and the draws (chain, draw, touch, 3)."""
     keys = jax.random.split(jax.random.PRNGKey(0), (n, CHAINS))
     over_chains = jax.vmap(lambda touch, key: chain(log_density, touch, key), (None, 0))
@@ -96,18 +96,18 @@ def timed(name: str, chain, log_density, touches, n: int) -> tuple[dict[str, flo
     return seconds, np.moveaxis(z, 0, 2)
 
 
-def main(given_path: Path, drawn_path: Path) -> None:
-    """Run both and write what they drew."""
+CHAIN = {"nuts": nuts, "hmc": whitened_hmc}
+
+
+def main(given_path: Path, drawn_path: Path, name: str) -> None:
+    """Run one of the two and write what it drew."""
     given = dict(np.load(given_path))
-    log_density = density(given)
     names = ("readings", "precision", "load", "load_sd", "mode", "root")
     touches = {name: jnp.asarray(given[name], dtype=jnp.float32) for name in names}
-    found, drawn = {}, {}
-    for name, chain in (("nuts", nuts), ("hmc", whitened_hmc)):
-        found[name], drawn[name] = timed(name, chain, log_density, touches, len(given["load"]))
-    np.savez(drawn_path, **drawn)
-    print(json.dumps(found))
+    seconds, draws = timed(CHAIN[name], density(given), touches, len(given["load"]))
+    np.savez(drawn_path, draws=draws)
+    print(json.dumps(seconds))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3])

@@ -17,7 +17,7 @@ import numpy as np
 from dynesty import NestedSampler
 
 # Live points (with 100 the effective sample size is about 500), touches (seconds each), and evidence that may be left.
-LIVE, TOUCHES, LEFT = 100, 12, 0.05
+LIVE, TOUCHES, LEFT = 100, 4, 0.05
 
 
 def likelihood(given: dict[str, np.ndarray], touch: int) -> Callable[[np.ndarray], float]:
