@@ -98,7 +98,9 @@ def _not_used(refused: Refused) -> Numbers:
         "effects": list(model.fitted.names),
         "correction": model.correction is not None,
         "references_corrected": refused.believed,
-        "worse": {each.key: {"before": each.before, "after": each.after} for each in refused.worse},
+        "worse": {
+            each.key: {"before": each.before, "after": each.after, "touches": each.touches} for each in refused.worse
+        },
         "after": _errors(model),
         "after_against_stated": _errors(model, stated=True),
     }

@@ -202,10 +202,11 @@ def not_used(numbers: Mapping[str, Any]) -> str:
     )
 
 
-def _worse(key: str, values: Mapping[str, float]) -> str:
+def _worse(key: str, values: Mapping[str, Any]) -> str:
     if key == "log_density":
         return f"log density of the readings of a touch {values['before']:.1f} → {values['after']:.1f}"
-    return _pairs({key: values["before"]}, {key: values["after"]})[key]
+    shown = _pairs({key: values["before"]}, {key: values["after"]})[key]
+    return f"{shown} of touches {values['touches']}" if values.get("touches") else shown
 
 
 def _of_final_model(numbers: Mapping[str, Any]) -> str:

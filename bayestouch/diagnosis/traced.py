@@ -54,11 +54,14 @@ class Worse:
         Key of the error in ``diagnosis.json``, or ``log_density``: log predictive density of readings.
     before, after : float
         Root mean square without and with what was found, or mean log density of a touch.
+    touches : str
+        Of which touches: "with other tips" than edges; empty for all.
     """
 
     key: str
     before: float
     after: float
+    touches: str = ""
 
 
 @dataclass(frozen=True, eq=False)

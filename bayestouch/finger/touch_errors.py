@@ -56,6 +56,7 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
         high_mm=high,
         by_touch=stated,
         by_touch_corrected=corrected,
+        with_edge=tip == 0,
     )
 
 

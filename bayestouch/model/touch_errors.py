@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.model.held_out import HeldOut
 from bayestouch.results.objects import TouchPosteriors
 
@@ -55,6 +55,8 @@ class TouchReading:
     by_touch, by_touch_corrected : mappings of (t,) arrays
         Error of each touch relative to the stated and the corrected reference, by field of `TouchErrors`; NaN unknown.
         For coverage: 1 if the interval contains the reference, else 0.
+    with_edge : (t,) bool array or None
+        Touches with a knife edge, by the data set; None on a pad.
     """
 
     errors: TouchErrors
@@ -64,6 +66,7 @@ class TouchReading:
     high_mm: FloatArray
     by_touch: Mapping[str, FloatArray] = field(default_factory=dict)
     by_touch_corrected: Mapping[str, FloatArray] = field(default_factory=dict)
+    with_edge: BoolArray | None = None
 
 
 #: Type of `bayestouch.infer`, which is in a higher layer.

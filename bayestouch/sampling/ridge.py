@@ -313,5 +313,5 @@ def normal_variable(values: FloatArray, log_density: FloatArray) -> tuple[FloatA
     with np.errstate(divide="ignore"):
         z = np.where(below < above, ndtri(below / mass), -ndtri(above / mass))
     near = np.flatnonzero(np.abs(z) < FARTHEST)
-    near = near[np.concatenate([[True], np.diff(z[near]) > 0])]
+    near = near[np.diff(z[near], prepend=-np.inf) > 0]
     return z[near], values[near]

@@ -33,9 +33,12 @@ def held(residual: np.ndarray, design: np.ndarray, volume: float = 0.0, present:
 
 
 def model(
-    held_out: HeldOut | None, stated: dict[str, np.ndarray], corrected: dict[str, np.ndarray] | None = None
+    held_out: HeldOut | None,
+    stated: dict[str, np.ndarray],
+    corrected: dict[str, np.ndarray] | None = None,
+    with_edge: np.ndarray | None = None,
 ) -> Any:
-    read = SimpleNamespace(by_touch=stated, by_touch_corrected=corrected or stated)
+    read = SimpleNamespace(by_touch=stated, by_touch_corrected=corrected or stated, with_edge=with_edge)
     return SimpleNamespace(held_out=held_out, read=read if stated else None)
 
 
@@ -72,6 +75,48 @@ def test_worse_is_a_larger_squared_error_touch_by_touch(standard_errors: float, 
     two = model(None, {"R_rms_mm": unknown, "R_bias_mm": unknown})
     one = model(None, {"R_rms_mm": np.append(np.sqrt(before), 1.0), "R_bias_mm": unknown})
     assert bool(worse_quantities_of(one, two, believed=True)) == worse
+
+
+@pytest.mark.parametrize(("standard_errors", "worse"), [(2.9, False), (3.1, True)])
+def test_other_tips_than_edges_are_compared_alone(standard_errors: float, worse: bool) -> None:
+    """Edges are read much better, and others worse; all touches together are read better."""
+    rng = np.random.default_rng(4)
+    edge = np.arange(N) < N // 2
+    change = rng.standard_normal(N)
+    change[~edge] = (change[~edge] - change[~edge].mean()) / change[~edge].std(ddof=1)
+    change[~edge] += standard_errors / np.sqrt((~edge).sum())
+    change[edge] -= 9.0
+    before = rng.uniform(20.0, 50.0, N)
+    one, two = (model(None, {"theta_rms_deg": np.sqrt(each)}, with_edge=edge) for each in (before, before + change))
+    found = worse_quantities_of(one, two, believed=True)
+    assert [(each.key, each.touches) for each in found] == ([("theta_rms_deg", "with other tips")] if worse else [])
+    if worse:
+        assert found[0].after > found[0].before == pytest.approx(np.sqrt(before[~edge].mean()))
+    # an edge that is damaged is no reference for R
+    assert not worse_quantities_of(*(replaced_kind(each, ~edge) for each in (one, two)), believed=True)
+    # on a pad there are no edges
+    assert not worse_quantities_of(*(replaced_kind(each, None) for each in (one, two)), believed=True)
+
+
+def replaced_kind(made: Any, with_edge: np.ndarray | None) -> Any:
+    """A model whose touches with an edge are others."""
+    return model(made.held_out, made.read.by_touch, with_edge=with_edge)
+
+
+def test_one_large_error_does_not_hide_the_others() -> None:
+    """All squared errors grow from 1 to 4; in one touch from 1 to 400: the mean is not clear, the ranks are."""
+    after = np.full(N, 4.0) + 0.01 * np.arange(N)
+    after[7] = 400.0
+    change = after - 1
+    assert change.mean() < 2 * change.std(ddof=1) / np.sqrt(N)
+    one, two = (model(None, {"R_rms_mm": np.sqrt(each)}) for each in (np.ones(N), after))
+    assert [each.key for each in worse_quantities_of(one, two, believed=True)] == ["R_rms_mm"]
+    # Where the mean falls, small errors that grow do not count: large ones were mended.
+    before = np.ones(N)
+    before[:5] = 300.0
+    one = model(None, {"R_rms_mm": np.sqrt(before)})
+    two = model(None, {"R_rms_mm": np.sqrt(np.full(N, 4.0))})
+    assert not worse_quantities_of(one, two, believed=True)
 
 
 def test_moved_references_count_where_they_are_believed() -> None:

@@ -136,6 +136,12 @@ def test_quantiles_of_a_normal_density() -> None:
     assert z[0] < -4.9 and z[-1] > 4.9 and (np.diff(z) > 0).all()
 
 
+def test_a_density_that_is_at_one_end_has_no_quantiles() -> None:
+    """All of it is in the last interval of the table: no value is within five standard deviations."""
+    z, at = normal_variable(np.linspace(0.0, 1.0, 50), np.linspace(0.0, 1e6, 50))
+    assert len(z) == len(at) == 0
+
+
 def test_no_ridge_leaves_points_as_they_are() -> None:
     points = np.array([[1.0, 2.0]])
     vectors, log_derivative = Ridges()(points)
