@@ -2,8 +2,8 @@
 
 A diagnosis compares the models that it fitted. None of them may be right: an effect may follow another formula than
 that of the catalogue, and a cause that no catalogue has may imitate an effect. This study counts how often named causes
-were there, on the fingers of the three blind studies, whose causes are known and whose formulas nobody had seen. Each
-study has the same weight. `bayestouch.diagnosis.imitations` has these shares, and a test compares them.
+were there, on the fingers of the first three blind studies, whose causes are known and whose formulas nobody had seen.
+Each study has the same weight. `bayestouch.diagnosis.imitations` has these shares, and a test compares them.
 
 A second table shows what the shares are worth on fingers that were not counted: calibration error and log score of the
 probabilities in each study, with the shares of the two others.

@@ -21,7 +21,7 @@ STANDARD_ERRORS = 2.0
 # would be refused by chance.
 CLEARLY = 3.0
 # Fewer touches with other tips are not compared alone.
-LEAST = 8
+LEAST_TOUCHES = 8
 #: Key of the log predictive density of the readings of held-out touches.
 DENSITY = "log_density"
 
@@ -114,7 +114,7 @@ def _root_mean(squares: FloatArray) -> float:
 def _kinds(read: TouchReading, n_touches: int) -> Iterator[tuple[str, BoolArray, float]]:
     """All touches, and those with other tips than edges: name, mask, and limit in standard errors."""
     yield "", np.ones(n_touches, dtype=bool), STANDARD_ERRORS
-    if read.with_edge is not None and 0 < read.with_edge.sum() <= n_touches - LEAST:
+    if read.with_edge is not None and 0 < read.with_edge.sum() <= n_touches - LEAST_TOUCHES:
         yield "with other tips", ~read.with_edge, CLEARLY
 
 
