@@ -22,10 +22,6 @@ STAGES = {
 }
 
 
-# Elements of the finger whose looser forms are listed: a lag reaches over four channels.
-ELEMENTS = 5
-
-
 def page() -> str:
     """The text of docs/effects.md."""
     out = [
@@ -59,7 +55,7 @@ def page() -> str:
         out += ["", f"### {name}", "", inspect.getdoc(cls) or "", "", f"![{cls.summary}](effects/{name}.png)", ""]
         out += ["| parameter | unit | meaning | does nothing at | prior |", "|---|---|---|---|---|"]
         out += [_row(name, each) for each in effect.parameters]
-        looser = effect.looser(ELEMENTS)
+        looser = effect.looser(2)
         more = () if looser is None else looser.parameters[len(effect.parameters) :]
         if more:
             out += [

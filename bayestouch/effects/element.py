@@ -22,8 +22,6 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 EXCESS, SPREAD = "relative excess of the share", 0.5
 # Largest relative excess of the leak from one side. The other side then leaks a ninth of it; at one it would leak none.
 MOST_LEAN = 0.8
-# Most channels back of which a lag holds a share of their own. Scan lists that keep neighbours apart go by two or four.
-MOST_BACK = 4
 # Neighbours in the plane are nearer than this many times the nearest one: the next ones in a row, not those across a
 # diagonal (1.41 on a square grid).
 NEAR_PITCHES = 1.2
@@ -125,9 +123,7 @@ class ChannelLag(Effect):
     Channels are scanned in the order of the table; the first one follows the last one of the previous scan. All
     earlier channels together have the weight `share`. With each step back the weight is smaller by the factor `carry`:
     `carry` is 0 if each channel starts from zero, equals `share` if one capacitor settles from channel to channel, and
-    is negative if the amplifier rings. In the looser form the change of element e is 1 + `own_e` times this. On a
-    finger each channel then also holds the share `back_k` of the channel k places before it in the table: a multiplexer
-    may scan in another order than that of the table.
+    is negative if the amplifier rings. In the looser form the change of element e is 1 + `own_e` times this.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """
@@ -136,7 +132,6 @@ class ChannelLag(Effect):
         EffectParameter("share", "", "share left of the channel before", Normal(0.0, 0.1), (0.001,), 0.0),
         EffectParameter("carry", "", "weight of a channel over that of the next one", Uniform(-0.8, 0.8), (0.1, -0.5)),
     )
-    on_finger: bool = True
 
     name: ClassVar[str] = "channel_lag"
     stage: ClassVar[Stage] = "element"
@@ -144,27 +139,18 @@ class ChannelLag(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls(on_finger=setting.finger) if setting.n_elements > 2 else None
+        return cls() if setting.n_elements > 2 else None
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
-        own = own_parameters(n_elements, EXCESS, SPREAD)
-        if not self.on_finger:
-            return own
-        return own + tuple(
-            EffectParameter(f"back_{k}", "", f"share left of the channel {k} before", Normal(0.0, 0.1), (0.001,), 0.0)
-            for k in range(2, min(MOST_BACK, n_elements - 1) + 1)
-        )
+        return own_parameters(n_elements, EXCESS, SPREAD)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, carry, *looser = values
+        share, carry, *own = values
         m = recording.signal.shape[1]
-        own, back = looser[:m], looser[m:]
         # The weight of the channel k + 1 before is (1 - carry) carry^k, summed over all scans of this channel.
         before = (np.arange(m)[:, None] - np.arange(m) - 1) % m
-        weight = share * ((1 - carry) * carry**before / (1 - carry**m) - np.eye(m))
-        for k, left in enumerate(back, start=2):
-            weight = weight + left * ((before == k - 1) - np.eye(m))
-        weight = (weight * of_elements(own)[:, None]).astype(recording.signal.dtype)
+        weight = (1 - carry) * carry**before / (1 - carry**m) - np.eye(m)
+        weight = (share * weight * of_elements(own)[:, None]).astype(recording.signal.dtype)
         return np.asarray(recording.signal + recording.signal @ weight.T)
 
 

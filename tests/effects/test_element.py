@@ -101,24 +101,6 @@ def test_channels_that_settle_unequally() -> None:
     np.testing.assert_allclose(looser.signal(one, (0.2, 0.3, *own)), signal + (1 + own) * plain)
 
 
-def test_a_multiplexer_that_scans_every_second_channel_first() -> None:
-    """Of six channels 0, 2, 4 are scanned, then 1, 3, 5: most hold a share of the channel two before in the table."""
-    signal, left = np.random.default_rng(6).uniform(0, 1, (4, 6)), 0.2
-    scanned_before = [5, 4, 0, 1, 2, 3]
-    wanted = signal + left * (signal[:, scanned_before] - signal)
-    looser = ChannelLag().looser(6)
-    assert looser is not None and [each.name for each in looser.parameters[8:]] == ["back_2", "back_3", "back_4"]
-    found = looser.signal(recording(signal, (np.arange(6.0),)), (0.0, 0.0, *np.zeros(6), left, 0.0, 0.0))
-    np.testing.assert_allclose(found[:, 2:], wanted[:, 2:], rtol=1e-12)
-    # the first two hold a share of the last two of the scan before
-    np.testing.assert_allclose(found[:, :2], signal[:, :2] + left * (signal[:, 4:] - signal[:, :2]), rtol=1e-12)
-    # on a pad, whose scan goes row by row, neighbours of the plane would be among them
-    on_pad = ChannelLag.suited(PAD)
-    assert on_pad is not None
-    further = on_pad.further_parameters(PAD.n_elements)
-    assert all(each.name.startswith("own_") for each in further)
-
-
 def test_blunt_tips_are_felt_from_further_off_than_edges() -> None:
     """An edge, a tip as round as the finger, and a flat: R/r_b is 0, a half and 1."""
     effect = Proximity.suited(FINGER)
