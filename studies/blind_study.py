@@ -84,6 +84,7 @@ from _shared_out import finished  # noqa: E402
 from independent import blind_forms, dataset, fourth_forms, second_forms, third_forms  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
 from independent.dataset import write  # noqa: E402
+from independent.effects import forms_of  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
 REGISTRIES = (dataset, blind_forms, second_forms, third_forms, fourth_forms)
@@ -168,7 +169,8 @@ def cases(study: Study) -> list[Case]:
         ]
     for i, (first, second) in enumerate(study.pairs):
         for j in range(study.of_pair):
-            keys = study.registry.forms(first)[j % 2].key, study.registry.forms(second)[1 - j % 2].key
+            one, other = (forms_of(study.registry.EFFECTS, name) for name in (first, second))
+            keys = one[j % 2].key, other[1 - j % 2].key
             # both choices of forms see all conditions
             plan.append(("pair", tuple((key, PAIR_SIZE) for key in keys), i + j + j // 4, "small"))
     for i, effects in enumerate(study.whole):

@@ -9,12 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from bayestouch.sampling import (
-    StudentTProposal,
-)
-
-FloatArray = NDArray[np.float64]
-
+from bayestouch.array_types import FloatArray
+from bayestouch.sampling import StudentTProposal
 
 # Targets: log density up to a constant; true mean, sd and 5 and 95 % quantiles of each parameter.
 

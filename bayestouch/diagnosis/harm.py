@@ -12,7 +12,7 @@ from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Worse
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.model.as_stated import moves_reference
 from bayestouch.model.held_out import HeldOut
-from bayestouch.model.touch_errors import TouchReading
+from bayestouch.model.touch_errors import TouchReading, summarised
 
 # A quantity is read worse if its mean squared error is larger by more than so many standard errors.
 STANDARD_ERRORS = 2.0
@@ -69,9 +69,9 @@ def worse_quantities_of(before: EvaluatedModel, after: EvaluatedModel, *, believ
         one, two = before.read.by_touch, _of_references(after.read, believed)
         for key in (key for key in one if "rms" in key):
             for name, kind, limit in _kinds(before.read, len(one[key])):
-                first, last = one[key][kind] ** 2, two[key][kind] ** 2
-                if _larger(last - first, limit):
-                    out.append(Worse(key, _root_mean(first), _root_mean(last), name))
+                first, last = one[key][kind], two[key][kind]
+                if _larger(last**2 - first**2, limit):
+                    out.append(Worse(key, summarised(key, first), summarised(key, last), name))
                     break
     if before.held_out is not None and after.held_out is not None:
         first_density, last_density = _densities(before.held_out, after.held_out)
@@ -105,10 +105,6 @@ def _densities(one: HeldOut, two: HeldOut) -> tuple[FloatArray, FloatArray]:
     """Densities of the touches of which both models have the same readings: a model may leave out wrong ones."""
     same = (one.present == two.present).all(axis=1)
     return one.log_density[same], two.log_density[same]
-
-
-def _root_mean(squares: FloatArray) -> float:
-    return float(np.sqrt(np.nanmean(squares)))
 
 
 def _kinds(read: TouchReading, n_touches: int) -> Iterator[tuple[str, BoolArray, float]]:

@@ -150,11 +150,6 @@ def one_round(sampler: FingerSampler, touches: TouchReadings, python: Path, back
         return {name: found[name] for name in turns}
 
 
-def low_and_high(values: list[float]) -> tuple[float, float, float]:
-    """Median, least and largest."""
-    return float(np.median(values)), min(values), max(values)
-
-
 def main(n: int = 480, folder: Path | None = None, rounds: int = 3) -> dict[str, list[Cost]]:
     """Print the table; returns the costs of each sampler, one a round. Each round has its share of n touches."""
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # all that is started here inherits it
@@ -171,10 +166,12 @@ def main(n: int = 480, folder: Path | None = None, rounds: int = 3) -> dict[str,
     print(f"  {'':24s} {'median touch':>13s} {'worst in a hundred':>19s} {'times importance (rounds)':>27s}")
     for name, each in costs.items():
         ratios = [mine.median / best.median for mine, best in zip(each, costs["importance"], strict=True)]
-        middle, worst_1 = (float(np.median([getattr(cost, kind) for cost in each])) for kind in ("median", "worst_1"))
-        middle_ratio, least, most = (f"{each:.3g}" if each < 100 else f"{each:,.0f}" for each in low_and_high(ratios))
-        spread = f"{middle_ratio} ({least} to {most})"
-        print(f"  {name:24s} {middle:13.1f} {worst_1:19.1f} {spread:>27s}")
+        ratio, least, most = (
+            f"{value:.3g}" if value < 100 else f"{value:,.0f}"
+            for value in (float(np.median(ratios)), min(ratios), max(ratios))
+        )
+        middle, worst_1 = np.median(each, axis=0)
+        print(f"  {name:24s} {middle:13.1f} {worst_1:19.1f} {f'{ratio} ({least} to {most})':>27s}")
     return costs
 
 

@@ -9,13 +9,7 @@ form is left open: `Effect.in_catalogue` means nothing here.
 from __future__ import annotations
 
 from . import blind_elements, blind_errors, blind_readout, blind_rig, blind_unlisted
-from .effects import Effect
 
 LISTED = blind_rig.EFFECTS + blind_elements.EFFECTS + blind_readout.EFFECTS + blind_errors.EFFECTS
 UNLISTED = blind_unlisted.EFFECTS
 EFFECTS = {effect.key: effect for effect in LISTED + UNLISTED}
-
-
-def forms(name: str) -> list[Effect]:
-    """Every blind form of the effect called `name`."""
-    return [effect for effect in EFFECTS.values() if effect.name == name]

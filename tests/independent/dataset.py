@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from . import elements, errors, readout, rig, shape, unlisted
-from .effects import Effect
+from .effects import Effect, forms_of
 from .finger import Design, Recording, build, record
 from .sizes import applied, size, value_of_size
 
@@ -33,7 +33,7 @@ class Simulated:
 
 def forms(name: str) -> list[Effect]:
     """Every form of the effect called `name`."""
-    return [effect for effect in EFFECTS.values() if effect.name == name]
+    return forms_of(EFFECTS, name)
 
 
 def simulate(design: Design, wanted: list[tuple[Effect, float]], seed: int, noise: tuple[int, ...] = ()) -> Simulated:

@@ -7,7 +7,7 @@ formula that is used here, and `in_catalogue` says whether the catalogue's formu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,3 +41,8 @@ class Effect:
     def key(self) -> str:
         """Name and form."""
         return f"{self.name}: {self.form}"
+
+
+def forms_of(effects: Mapping[str, Effect], name: str) -> list[Effect]:
+    """Every form of the effect called `name` in a registry of effects by their keys."""
+    return [effect for effect in effects.values() if effect.name == name]

@@ -10,13 +10,7 @@ one of `third_forms`, of `second_forms`, of `blind_forms` or of `dataset.EFFECTS
 from __future__ import annotations
 
 from . import fourth_elements, fourth_errors, fourth_readout, fourth_rig, fourth_unlisted
-from .effects import Effect
 
 LISTED = fourth_rig.EFFECTS + fourth_elements.EFFECTS + fourth_readout.EFFECTS + fourth_errors.EFFECTS
 UNLISTED = fourth_unlisted.EFFECTS
 EFFECTS = {effect.key: effect for effect in LISTED + UNLISTED}
-
-
-def forms(name: str) -> list[Effect]:
-    """Every form of the fourth blind study of the effect called `name`."""
-    return [effect for effect in EFFECTS.values() if effect.name == name]

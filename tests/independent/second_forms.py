@@ -9,13 +9,7 @@ forms of the earlier studies. No formula is one of `blind_forms` or of `dataset.
 from __future__ import annotations
 
 from . import second_elements, second_errors, second_readout, second_rig, second_unlisted
-from .effects import Effect
 
 LISTED = second_rig.EFFECTS + second_elements.EFFECTS + second_readout.EFFECTS + second_errors.EFFECTS
 UNLISTED = second_unlisted.EFFECTS
 EFFECTS = {effect.key: effect for effect in LISTED + UNLISTED}
-
-
-def forms(name: str) -> list[Effect]:
-    """Every form of the second blind study of the effect called `name`."""
-    return [effect for effect in EFFECTS.values() if effect.name == name]

@@ -9,13 +9,7 @@ effects and the earlier forms. No formula is one of `second_forms`, of `blind_fo
 from __future__ import annotations
 
 from . import third_elements, third_errors, third_readout, third_rig, third_unlisted
-from .effects import Effect
 
 LISTED = third_rig.EFFECTS + third_elements.EFFECTS + third_readout.EFFECTS + third_errors.EFFECTS
 UNLISTED = third_unlisted.EFFECTS
 EFFECTS = {effect.key: effect for effect in LISTED + UNLISTED}
-
-
-def forms(name: str) -> list[Effect]:
-    """Every form of the third blind study of the effect called `name`."""
-    return [effect for effect in EFFECTS.values() if effect.name == name]

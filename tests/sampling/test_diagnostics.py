@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 from sampling_targets import CASES, student_t
 
-from bayestouch.sampling import (
-    bulk_statistics,
-    sample_blocks,
-)
+from bayestouch.sampling import bulk_statistics, sample_blocks
 
 
 def test_statistics_of_the_draws_are_those_of_arviz() -> None:

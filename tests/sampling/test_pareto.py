@@ -6,10 +6,7 @@ import arviz as az
 import numpy as np
 import pytest
 
-from bayestouch.sampling import (
-    pareto_shape,
-    pareto_smooth,
-)
+from bayestouch.sampling import pareto_shape, pareto_smooth
 from bayestouch.sampling.pareto import shape_that_counts
 
 

@@ -6,10 +6,7 @@ import numpy as np
 from sampling_targets import student_t
 from scipy import stats
 
-from bayestouch.sampling import (
-    BlockStreams,
-    Mixture,
-)
+from bayestouch.sampling import BlockStreams, Mixture
 
 
 def test_student_t_density_and_draws() -> None:

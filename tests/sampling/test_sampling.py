@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from plain_sampler import sample_plain
-from sampling_targets import BLOCKS, CASES, NORMAL_2, FloatArray, standard_normal, student_t
+from sampling_targets import BLOCKS, CASES, NORMAL_2, standard_normal, student_t
 from scipy import stats
 
+from bayestouch.array_types import FloatArray
 from bayestouch.sampling import (
     Demands,
     StudentTProposal,

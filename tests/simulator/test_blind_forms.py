@@ -12,7 +12,7 @@ import pytest
 from independent import blind_forms, dataset, fourth_forms, second_forms, shape, third_forms
 from independent.blind_fingers import LADDER, RUBBERS, design, planned, simulate, within_reach
 from independent.catalogue_finger import finite_strain
-from independent.effects import Effect
+from independent.effects import Effect, forms_of
 from independent.finger import Recording
 from independent.sizes import OutOfReach, applied, left_over, size, value_of_size
 from study_modules import study
@@ -117,7 +117,7 @@ def test_a_form_is_no_multiple_of_an_earlier_one(name: str, effect: Effect) -> N
 def test_what_elements_feel_is_the_mean_of_the_signals_where_they_feel() -> None:
     """A tapered element beside elements at each of its places, by the finger's own signals."""
     of, length = plain().pressed(), 3.0
-    (tapered,) = (effect for effect in blind_forms.forms("aperture") if effect.form == "tapered")
+    (tapered,) = (effect for effect in forms_of(blind_forms.EFFECTS, "aperture") if effect.form == "tapered")
     got = tapered.apply(of, length, np.random.default_rng(1)).signal
     side = np.random.default_rng(1).choice([-1, 1])
     s = (np.arange(24) + 0.5) / 24
@@ -146,7 +146,7 @@ def test_the_rubbers_are_the_paper_s_and_a_stiff_one() -> None:
 
 
 def test_the_same_seed_gives_the_same_finger_under_every_effect() -> None:
-    crosstalk = blind_forms.forms("crosstalk")[0]
+    crosstalk = forms_of(blind_forms.EFFECTS, "crosstalk")[0]
     one, other = (simulate(design("small", "soft"), "scan", wanted, 5) for wanted in ([], [(crosstalk, 1.0)]))
     assert np.array_equal(one.recording.finger.depth, other.recording.finger.depth)
     assert np.array_equal(one.recording.press.load, other.recording.press.load)
