@@ -42,14 +42,15 @@ How results are counted, written down before any run:
     python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
         --study NAME    first, second or fourth, in place of the third
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
-        --again         the fingers of 8 elements of a study that was run, with the code of today: for development
+        --again         the fingers of 8 elements of a study that was run, with the code of today or, by PYTHONPATH,
+                        with other code: for development
         --form TEXT     with --again: only those with this form, cause or pair
         --cases N       ends after N new cases
         --tables        runs nothing: prints the tables
         --docs          runs nothing: writes the tables of the page of the study in docs
 
-It refuses to run if the git tag of the study does not exist, if a file that makes or counts the results differs from
-it, or if another copy of the package is imported. The page is written only with the rules of counting of the tag.
+A study refuses to run if its git tag does not exist, if a file that makes or counts the results differs from it, or if
+another copy of the package is imported. The page is written only with the rules of counting of the tag.
 """
 
 from __future__ import annotations
@@ -254,7 +255,8 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     try:
         results = kept(folder)
         if not (given.tables or given.docs):
-            require_own_package()
+            if not given.again:
+                require_own_package()
             commit = "development" if given.development or given.again else frozen_commit(study.tag)
             if results and (version_of(results[0]), results[0]["commit"]) != (code_version(), commit):
                 raise FrozenError(f"{folder} holds results of {version_of(results[0])}; the study is run once")

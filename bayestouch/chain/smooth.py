@@ -55,9 +55,16 @@ class SmoothBasis:
 
     def __call__(self, x: ArrayLike) -> FloatArray:
         """Return the values of the basis functions, shape ``x.shape + (k,)``; zero where x is NaN."""
+        return np.asarray(self._correlation(x) @ self.root)
+
+    def summed(self, x: ArrayLike, weights: ArrayLike) -> FloatArray:
+        """Return the function with these weights (k,), shape of `x`; as ``basis(x) @ weights``, in fewer steps."""
+        return np.asarray(self._correlation(x) @ (self.root @ np.asarray(weights)))
+
+    def _correlation(self, x: ArrayLike) -> FloatArray:
+        """Correlation with each knot, shape ``x.shape + (k,)``."""
         x = np.asarray(x, dtype=float)
-        distance = np.abs(np.where(np.isnan(x), np.inf, x)[..., None] - self.knots) / self.length
-        return np.asarray(matern_3_2(distance) @ self.root)
+        return matern_3_2(np.abs(np.where(np.isnan(x), np.inf, x)[..., None] - self.knots) / self.length)
 
 
 def matern_3_2(distance: FloatArray) -> FloatArray:

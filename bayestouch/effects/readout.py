@@ -78,7 +78,7 @@ class GainNonlinearity(Effect):
         power = min(power, STEEP)
         change = share * of_elements(own) * size**power
         if any(bends) and self.on_finger:
-            change = change + GAIN_CURVE(size) @ np.array(bends)
+            change = change + GAIN_CURVE.summed(size, bends)
         elif any(bends):
             change = change + bends[0] * size ** (0.5 * power)
         return np.asarray(recording.signal * np.maximum(1 + change, LEAST_GAIN))

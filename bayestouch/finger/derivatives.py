@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect
-from bayestouch.model.base import Predicted, SensorModel, difference
+from bayestouch.model.base import Predicted, SensorModel, difference, of_element
 
 # Steps of the central differences of readings: over a signal, in peaks, and over the logarithm of a peak.
 SIGNAL_STEP, PEAK_STEP = 1e-4, 1e-4
@@ -41,7 +41,7 @@ def through_effects(
         out = []
         for block, direction in enumerate(of_signal):
             whole = _along(model, recording, vector, direction, range(m))
-            out += [_of_element(whole, e) for e in range(m)] if block in own else [whole]
+            out += [of_element(whole, e) for e in range(m)] if block in own else [whole]
     for e, more in enumerate(by_peak(model, recording, vector)):
         out[e] = _sum(out[e], more)
     return out
@@ -70,8 +70,8 @@ def by_peak(model: SensorModel, recording: Recording, vector: FloatArray) -> lis
         return []
     # An effect may use the mean peak of all elements: then the peak of one moves the readings of others.
     first = along([int(used[0])]).touches
-    if np.allclose(first, _of_element(whole, int(used[0])).touches, rtol=1e-6, atol=1e-9 * np.abs(whole.touches).max()):
-        return [_of_element(whole, e) for e in range(model.n_elements)]
+    if np.allclose(first, of_element(whole, int(used[0])).touches, rtol=1e-6, atol=1e-9 * np.abs(whole.touches).max()):
+        return [of_element(whole, e) for e in range(model.n_elements)]
     return [along([e]) for e in range(model.n_elements)]
 
 
@@ -108,10 +108,3 @@ def _sum(one: Predicted, other: Predicted) -> Predicted:
     """Sum of two derivatives."""
     samples = None if one.samples is None or other.samples is None else one.samples + other.samples
     return Predicted(one.touches + other.touches, samples)
-
-
-def _of_element(whole: Predicted, element: int) -> Predicted:
-    """The derivative for one element; zero for all others."""
-    only = np.arange(whole.touches.shape[1]) == element
-    samples = None if whole.samples is None else np.where(only, whole.samples, 0.0)
-    return Predicted(np.where(only, whole.touches, 0.0), samples)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
-from bayestouch.effects.effect import STAGES, Effect, Values
+from bayestouch.effects.effect import OWN, STAGES, Effect, Values
 from bayestouch.model.observations import Observations, UntimedTouches
 
 Rows = Observations | UntimedTouches
@@ -37,6 +37,10 @@ class Predicted:
 
     touches: FloatArray
     samples: FloatArray | None
+
+
+# A prediction as a function of the vector of parameters.
+PredictedAt = Callable[[FloatArray], Predicted]
 
 
 class CorrectionBasis(Protocol):
@@ -213,9 +217,12 @@ class SensorModel(ABC):
             signal=recording.signal[row],
         )
 
-    def through(self, recording: Recording, vector: FloatArray) -> FloatArray:
-        """Readings of rows after the effects on the signal, (n, m), from `recording.signal` before them."""
-        for effect, values in self.in_order(vector):
+    def through(self, recording: Recording, vector: FloatArray, first: int = 0) -> FloatArray:
+        """Readings of rows after the effects on the signal, (n, m), from `recording.signal` before them.
+
+        `first` is the number of the first effect that acts, in their order.
+        """
+        for effect, values in self.in_order(vector)[first:]:
             recording = replace(recording, signal=effect.signal(recording, values))
         return recording.signal
 
@@ -239,22 +246,71 @@ class SensorModel(ABC):
         up[place], down[place] = min(vector[place] + step, high), max(vector[place] - step, low)
         return up, down, float(0.5 * (up[place] - down[place]))
 
-    def of_value(self, vector: FloatArray, place: int) -> Predicted:
-        """Derivative of the prediction over the component `place` of the vector, a value of an effect."""
-        up, down, step = self.about_value(vector, place)
-        return difference(lambda sign: self.predict(up if sign > 0 else down), step)
+    def of_value(self, vector: FloatArray, place: int, at: PredictedAt | None = None) -> Predicted:
+        """Derivative of the prediction over the component `place` of the vector, a value of an effect.
 
-    def of_values(self, vector: FloatArray, recording: Recording) -> list[Predicted]:
-        """Derivative of the prediction over each value of the effects; `recording` holds the touches."""
+        `at` is the prediction as a function of the vector, by default `predict`.
+        """
+        up, down, step = self.about_value(vector, place)
+        at = at or self.predict
+        return difference(lambda sign: at(up if sign > 0 else down), step)
+
+    def of_values(self, vector: FloatArray, recording: Recording, at: PredictedAt | None = None) -> list[Predicted]:
+        """Derivative of the prediction over each value of the effects.
+
+        Parameters
+        ----------
+        vector : (d,) array
+            Parameters of the model.
+        recording : Recording
+            The touches with the signal before the effects on the signal.
+        at : callable, optional
+            The prediction as a function of the vector, by default `predict`. It is needed for effects that change more
+            than the signal. For the others, what acts before them is computed once.
+        """
+        begun = self._before_each(vector, recording)
         out, place = list[Predicted](), self.n_base
         for effect in self.effects:
             ours = range(place, place + len(effect.parameters))
+            changes_more = effect.changes_pose or effect.changes_finger
+            from_here = at or self.predict if changes_more else partial(self._beginning, *begun[effect.name])
             basis = effect.by_place(recording)
-            out += [self.of_value(vector, i) for i in ours] if basis is None else self._of_basis(vector, ours, basis)
+            if basis is None:
+                out += self._of_effect(effect, vector, ours, from_here)
+            else:
+                out += self._of_basis(vector, ours, basis, from_here)
             place = ours.stop
         return out
 
-    def _of_basis(self, vector: FloatArray, places: range, basis: FloatArray) -> list[Predicted]:
+    def _before_each(self, vector: FloatArray, recording: Recording) -> dict[str, tuple[int, Recording]]:
+        """Number of each effect in the order in which they act, and the rows with the signal before it, by its name."""
+        out, recording = dict[str, tuple[int, Recording]](), self.rows(recording)
+        for number, (effect, values) in enumerate(self.in_order(vector)):
+            out[effect.name] = number, recording
+            recording = replace(recording, signal=effect.signal(recording, values))
+        return out
+
+    def _beginning(self, first: int, rows: Recording, vector: FloatArray) -> Predicted:
+        """Readings from the signal before the effect with the number `first`, which is the first that acts."""
+        return self.parted(self.through(rows, vector, first))
+
+    def _of_effect(self, effect: Effect, vector: FloatArray, places: range, at: PredictedAt) -> list[Predicted]:
+        """Derivative over the values of one effect.
+
+        If no effect mixes elements, one difference gives the derivatives over the values of all elements.
+        """
+        own = [i for i, each in zip(places, effect.parameters, strict=True) if each.name.startswith(OWN)]
+        together: dict[int, Predicted] = {}
+        if own and not any(each.mixes for each in self.effects):
+            up, down, steps = vector.copy(), vector.copy(), np.empty(len(own))
+            for e, i in enumerate(own):
+                higher, lower, steps[e] = self.about_value(vector, i)
+                up[i], down[i] = higher[i], lower[i]
+            whole = difference(lambda sign: at(up if sign > 0 else down), steps)
+            together = {i: of_element(whole, e) for e, i in enumerate(own)}
+        return [together[i] if i in together else self.of_value(vector, i, at) for i in places]
+
+    def _of_basis(self, vector: FloatArray, places: range, basis: FloatArray, at: PredictedAt) -> list[Predicted]:
         """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`.
 
         Only one derivative is computed: along a direction of the values that changes the product of basis and values
@@ -263,7 +319,7 @@ class SensorModel(ABC):
         step = VALUE_STEP * float(self.value_priors[places.start - self.n_base, 1])
         direction = np.zeros(len(vector))
         direction[places.start : places.stop] = evenly(basis, np.ones(len(basis)))
-        together = difference(lambda sign: self.predict(vector + sign * step * direction), step)
+        together = difference(lambda sign: at(vector + sign * step * direction), step)
         total = basis @ direction[places.start : places.stop]
         shares = np.divide(basis.T, total, out=np.zeros_like(basis.T), where=total != 0)
         rows = None if together.samples is None else self.observed.row_touch
@@ -295,10 +351,17 @@ def evenly(basis: FloatArray, wanted: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.lstsq(basis, wanted, rcond=1e-6)[0], dtype=np.float64)
 
 
-def difference(at: Callable[[float], Predicted], step: float) -> Predicted:
-    """Central difference of a prediction: ``(at(1) - at(-1)) / (2 step)``."""
+def difference(at: Callable[[float], Predicted], step: float | FloatArray) -> Predicted:
+    """Central difference of a prediction: ``(at(1) - at(-1)) / (2 step)``; the step may differ by element, (m,)."""
     up, down = at(1.0), at(-1.0)
     samples = None
     if up.samples is not None and down.samples is not None:
         samples = (up.samples - down.samples) / (2 * step)
     return Predicted((up.touches - down.touches) / (2 * step), samples)
+
+
+def of_element(whole: Predicted, element: int) -> Predicted:
+    """A derivative for one element; zero for all others."""
+    only = np.arange(whole.touches.shape[1]) == element
+    samples = None if whole.samples is None else np.where(only, whole.samples, 0.0)
+    return Predicted(np.where(only, whole.touches, 0.0), samples)

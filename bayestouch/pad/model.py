@@ -20,7 +20,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.places import Places
 from bayestouch.chain.recording import Recording
-from bayestouch.model.base import Predicted, SensorModel, difference
+from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.observations import Observations
 from bayestouch.pad.correction_basis import PadCorrectionBasis
 from bayestouch.pad.map_basis import HeldMap, MapBasis
@@ -220,15 +220,10 @@ class PadModel(SensorModel):
         m = self.n_elements
         by_row[m : 2 * m] = np.eye(m)[:, None, :]
         parts = [self.parted(each) for each in by_row]
-        values = range(self.n_base, len(vector))
-        parts += [self._along_value(vector, i, places, response) for i in values]
+        # The values of effects do not change the response of the chain.
+        parts += self.of_values(vector, recording, lambda moved: self._predicted(moved, places, response))
         samples = None if not self.by_sample else np.stack([np.asarray(each.samples) for each in parts])
         return self._with_zero(recording, vector), np.stack([each.touches for each in parts]), samples
-
-    def _along_value(self, vector: FloatArray, place: int, places: Places, response: FloatArray) -> Predicted:
-        """`of_value`, from the response of the chain, which the values of effects do not change."""
-        up, down, step = self.about_value(vector, place)
-        return difference(lambda sign: self._predicted(up if sign > 0 else down, places, response), step)
 
     def _of_base(self, vector: FloatArray, recording: Recording) -> FloatArray:
         """Derivative of the signal over the base parameters, (d, t, m); zero for the offsets."""

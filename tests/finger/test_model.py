@@ -23,6 +23,12 @@ from bayestouch.model.observations import UntimedTouches
 # chain, which looks readings up in a table, within 1e-5.
 QUICK, CHAIN = 3e-6, 3e-5
 REFERENCE = 200.0
+# The effects that a finger can have and that change predictions; memory needs the times of touches.
+ACTING = [
+    name
+    for name, kind in effect_classes().items()
+    if kind.suited(FINGER) is not None and kind.stage != "noise" and not kind.random and name != "memory"
+]
 
 
 @dataclass(frozen=True)
@@ -155,3 +161,24 @@ def test_other_touches_are_those_of_the_chain(case: Case) -> None:
     radius, angle, load = np.array([[3.0, 12.7], [0.1, -0.2], [150.0, 250.0]])
     quick, chain = (model.observing(UntimedTouches(2)).at(radius, angle, load) for model in (case.quick, case.chain))
     assert quick.predict(case.vector).touches.tobytes() == chain.predict(case.vector).touches.tobytes()
+
+
+@pytest.mark.parametrize("others", [(), ("gain_nonlinearity",), ("proximity", "crosstalk")])
+@pytest.mark.parametrize("name", ACTING)
+def test_derivatives_over_values_are_those_of_one_value_at_a_time(
+    case: Case, name: str, others: tuple[str, ...]
+) -> None:
+    """Values of all elements together, and from the signal before an effect: as the whole prediction for each value."""
+    suited = [effect_classes()[each].suited(FINGER) for each in dict.fromkeys((name, *others))]
+    effects = tuple(effect.looser(SMALL.n_elements) or effect for effect in suited if effect is not None)
+    model = case.quick.with_effects(effects)
+    shape = model.value_priors
+    near = np.clip(shape[:, 0] + shape[:, 1] * np.linspace(-0.3, 0.4, len(shape)), *shape[:, 2:].T)
+    vector = np.concatenate([case.vector, near])
+    recording = model.signal(vector)
+    # One difference for all values of a basis has the error of its step, 1 % of their sd.
+    basis = [len(each.parameters) * [each.by_place(recording) is not None] for each in effects]
+    for number, (found, by_place) in enumerate(zip(model.of_values(vector, recording), sum(basis, []), strict=True)):
+        wanted = model.of_value(vector, case.vector.size + number).touches
+        error = 3e-3 * np.abs(wanted).max() if by_place else 1e-9 * case.finger.peak.max()
+        assert np.abs(found.touches - wanted).max() <= error

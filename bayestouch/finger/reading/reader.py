@@ -198,6 +198,12 @@ class FingerPosterior:
         """Composite radius R in mm."""
         return self.indenter.radius(w)
 
+    @cached_property
+    def _compared_with(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+        """Readings, 0 where missing, and whitener, in the precision of the predictions."""
+        precision = np.float64 if self.table is None else np.float32
+        return np.nan_to_num(self.touches.readings).astype(precision), self.whitener.astype(precision)
+
     def residual(self, x: FloatArray, blocks: IntArray) -> NDArray[np.floating]:
         """Whitened prediction minus reading (B, W, m) at coordinates x (B, W, 3) of the touches `blocks` (B,).
 
@@ -206,13 +212,9 @@ class FingerPosterior:
         # Each coordinate contiguous in memory, since they are used one at a time.
         angle, load = np.ascontiguousarray(x[..., 1]), np.ascontiguousarray(x[..., 2])
         radius = self.radius(np.ascontiguousarray(x[..., 0]))
-        readings, whitener = np.nan_to_num(self.touches.readings[blocks])[:, None], self.whitener[blocks]
+        readings, whitener = (each[blocks] for each in self._compared_with)
         difference = self.predicted(radius, angle, load, blocks)
-        if self.table is None:
-            difference = difference - readings
-        else:
-            difference -= readings.astype(np.float32)
-            whitener = whitener.astype(np.float32)
+        difference -= readings[:, None]
         if whitener.ndim == 2:
             difference *= whitener[:, None]
             return difference
