@@ -211,9 +211,29 @@ class FingerModel(SensorModel):
         quick = self._quick(vector) if load is None else None
         if quick is not None:
             return replace(recording, signal=quick[0].copy())
+        series = self._series(recording, vector)
+        if series is not None:
+            return replace(recording, signal=series.signals(vector))
         chain = self.chain(vector)
         radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
         return replace(recording, signal=chain.predict(radius, np.radians(recording.place[0]), recording.load))
+
+    def _series(self, recording: Recording, vector: FloatArray) -> TouchSeries | None:
+        """The fast evaluator at the poses of a recording.
+
+        None if there is no evaluator, if an effect changes the finger or the contact, or if the vector or a touch is
+        outside the range of the evaluator.
+        """
+        # The evaluator has no knots for the contact of a round edge. It would be used at radius 0, and the chain at any
+        # other: a difference between the two is mostly that of their errors.
+        beyond = any(e.changes_finger or (e.changes_pose and e.stage != "rig") for e in self.effects)
+        if self.evaluator is None or beyond:
+            return None
+        if not self.evaluator.covers(vector[None, : self.n_base])[0]:
+            return None
+        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        mu = float(np.exp(vector[self.layout.log_mu]))
+        return self.evaluator.moved(radius, np.radians(recording.place[0]), recording.load, mu)
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
@@ -226,8 +246,9 @@ class FingerModel(SensorModel):
 
     def _of_signal(self, vector: FloatArray, recording: Recording) -> FloatArray:
         """Derivative of the signal, (5, t, m): over log response, depth and angle of the element, then σ and log μ."""
-        if self.evaluator is not None and self._quick(vector) is not None:
-            return self.evaluator.derivatives(vector[: self.n_base])
+        series = self._series(recording, vector) if self._quick(vector) is None else self.evaluator
+        if series is not None:
+            return series.derivatives(vector[: self.n_base])
         chain = self.chain(vector)
         radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
         of_signal = calibration_jacobian(chain, radius, np.radians(recording.place[0]), recording.load)

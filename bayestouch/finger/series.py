@@ -191,6 +191,26 @@ class TouchSeries:
         readings, _ = self._summed(moved, by_load=False)
         return np.asarray((readings[::2] - readings[1::2]) / (2 * np.array(STEPS)[:, None, None]))
 
+    def signals(self, vector: FloatArray) -> FloatArray:
+        """Expected readings (t, m) of one vector (d,)."""
+        return np.asarray(self._summed(vector[None], by_load=False)[0][0])
+
+    def moved(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray, mu: float) -> TouchSeries | None:
+        """The series for other composite radii (mm), locations (rad) and loads (N/m) of the touches, (t,) each.
+
+        `mu` is the shear modulus in MPa. None if κ of a touch is beyond the knots.
+        """
+        blunt = radius_mm > 0
+        if blunt.any():
+            kappa = load[blunt] / 1000 * radius_mm[blunt] / mu
+            ends = np.log1p(np.array([kappa.min(), kappa.max()]) / self.template.kappa_scale)
+            knots = self.template.coordinates
+            if self.spectra.shape[2] != len(self.modes) or not knots[0] <= ends[0] <= ends[1] <= knots[-1]:
+                return None
+        known = replace(self.known, radius_mm=radius_mm, angle=angle, load=load)
+        phase = np.outer(angle, self.modes)
+        return replace(self, known=known, cosine=np.cos(phase), sine=np.sin(phase))
+
     def at_loads(self, load: FloatArray) -> TouchSeries:
         """The series for other loads (t,) of the same touches, N/m."""
         return replace(self, known=replace(self.known, load=load))

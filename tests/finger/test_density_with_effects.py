@@ -27,6 +27,7 @@ from bayestouch.finger import local_series
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.fit_with_effects import effect_fit
 from bayestouch.finger.local_signals import LARGEST_ERROR
+from bayestouch.finger.model import FingerModel
 from bayestouch.model.log_density import LogDensity
 
 FloatArray = NDArray[np.float64]
@@ -293,3 +294,24 @@ def test_functions_that_touches_share_are_integrated_out(of_one_element: int) ->
     found, wanted = together(vectors), np.array(expected)
     assert np.ptp(wanted - alone(vectors)) > 0.1
     np.testing.assert_allclose(found - found[0], wanted - wanted[0], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "name", ["prober_eccentricity.sine", "load_offset.offset", "load_misalignment.sine", "blunt_edge"]
+)
+def test_touches_that_an_effect_moves_are_summed_as_the_chain_has_them(name: str) -> None:
+    """The series for moved touches, and the chain with its tables, whose own error is 1e-5 of the peak.
+
+    The chain alone has the contact of a blunt edge.
+    """
+    one = case(name, 0.02)
+    model, rng = one.fit.fitted.model, np.random.default_rng(2)
+    assert isinstance(model, FingerModel) and model.evaluator is not None
+    vector = one.fit.fitted.vector.copy()
+    vector[: model.n_base] += 1e-3 * rng.standard_normal(model.n_base)
+    chain = replace(model, evaluator=None)
+    found, expected = model.predict(vector).touches, chain.predict(vector).touches
+    assert np.abs(found - expected).max() < 3e-5 * model.peak.max()
+    assert np.array_equal(found, expected) == (name == "blunt_edge")
+    for one_of, other in zip(model.derivatives(vector)[0], chain.derivatives(vector)[0], strict=True):
+        assert np.abs(one_of - other).max() <= 1e-2 * max(np.abs(other).max(), 1e-3 * model.peak.max())

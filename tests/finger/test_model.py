@@ -177,8 +177,8 @@ def test_derivatives_over_values_are_those_of_one_value_at_a_time(
     vector = np.concatenate([case.vector, near])
     recording = model.signal(vector)
     # One difference for all values of a basis has the error of its step, 1 % of their sd.
-    basis = [len(each.parameters) * [each.by_place(recording) is not None] for each in effects]
-    for number, (found, by_place) in enumerate(zip(model.of_values(vector, recording), sum(basis, []), strict=True)):
+    basis = [each.by_place(recording) is not None for each in effects for _ in each.parameters]
+    for number, (found, by_place) in enumerate(zip(model.of_values(vector, recording), basis, strict=True)):
         wanted = model.of_value(vector, case.vector.size + number).touches
         error = 3e-3 * np.abs(wanted).max() if by_place else 1e-9 * case.finger.peak.max()
         assert np.abs(found.touches - wanted).max() <= error
