@@ -159,6 +159,41 @@ def test_derivative_over_a_value() -> None:
     np.testing.assert_allclose(model.of_value(VECTOR, 2).touches, 0.3 * SIGNAL**2, rtol=1e-4)
 
 
+class Shared(Effect):
+    """Multiplies each element by a factor of its own."""
+
+    name, stage, mixes = "shared", "element", False
+    parameters = tuple(EffectParameter(f"own_{e}", "", "", Normal(0.0, 0.5), (0.0,)) for e in (1, 2))
+
+    def signal(self, recording: Recording, values: Any) -> np.ndarray:
+        return recording.signal * np.exp(np.array(values))
+
+
+class Leaking(Shared):
+    """Then a tenth of each element also appears in the other."""
+
+    mixes = True
+
+    def signal(self, recording: Recording, values: Any) -> np.ndarray:
+        own = super().signal(recording, values)
+        return own + 0.1 * own[:, ::-1]
+
+
+@pytest.mark.parametrize("effect", [Shared(), Leaking()])
+def test_derivatives_over_the_values_of_elements(effect: Effect) -> None:
+    """Each factor moves its own element, and, where elements mix, a tenth of it the other; then 0.3 s² is added."""
+    model, vector = made(effect, Square()), np.array([0.5, 0.2, -0.1, 0.1, np.log(3.0)])
+    factor = np.exp([0.2, -0.1])
+    leak = 0.1 if effect.mixes else 0.0
+    before = SIGNAL * factor + leak * (SIGNAL * factor)[:, ::-1]
+    found = model.of_values(vector, model.signal(vector))
+    for e in range(2):
+        moves = np.array([1.0, leak]) if e == 0 else np.array([leak, 1.0])
+        wanted = SIGNAL[:, [e]] * factor[e] * moves * (1 + 0.6 * before)
+        np.testing.assert_allclose(found[e].touches, wanted, rtol=1e-4, atol=1e-9)
+    np.testing.assert_allclose(found[2].touches, 3 * before**2, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("amount", "low", "high"),
     # The sd is 0.5: steps of 1 % of the value, or of a tenth of the sd where the value is small, or of the sd.

@@ -41,6 +41,15 @@ def test_calibrations_of_fingers_have_enough_draws() -> None:
     assert float(row[2]) >= 400 and float(row[3]) <= 1.02
 
 
+def test_derivatives_are_timed_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each line has both times and their ratio."""
+    ratios = study("benchmarks/derivatives").main(bayestouch.FingerDesign(n_elements=4, edge_step_deg=4.0))
+    lines = capsys.readouterr().out.splitlines()[1:]
+    for line, ratio in zip(lines, ratios.values(), strict=True):
+        now, before = (float(part.split()[-1]) for part in line.split("ms")[:2])
+        assert before / now == pytest.approx(ratio, rel=0.2) and ratio > 0
+
+
 def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("pyarrow", reason="pyarrow is not installed")
     ratios = study("benchmarks/reading").main(1, 1)
