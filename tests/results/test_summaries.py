@@ -113,6 +113,7 @@ def figure(text: str, pattern: str) -> float:
     return float(found[1].replace("−", "-"))
 
 
+@pytest.mark.slow
 def test_one_of_every_public_class_is_looked_at(finger: Made, pad: Made, others: Made) -> None:
     public = {each for name in bayestouch.__all__ if inspect.isclass(each := getattr(bayestouch, name))}
     assert public - {type(each) for _, each in every(finger, pad, others)} == set()
@@ -121,6 +122,7 @@ def test_one_of_every_public_class_is_looked_at(finger: Made, pad: Made, others:
     assert all(issubclass(each, Summarised) for each in of_reliability if inspect.isclass(each))
 
 
+@pytest.mark.slow
 def test_every_repr_is_short_and_shows_no_array(finger: Made, pad: Made, others: Made) -> None:
     for name, each in every(finger, pad, others):
         text = repr(each)
@@ -130,6 +132,7 @@ def test_every_repr_is_short_and_shows_no_array(finger: Made, pad: Made, others:
         assert "array(" not in text and "<" not in text and not re.search(r"(\d[\d.e+-]*,? +){8}", text), (name, text)
 
 
+@pytest.mark.slow
 def test_print_shows_no_array_either(finger: Made, pad: Made, others: Made) -> None:
     for name, each in every(finger, pad, others):
         if type(each).__str__ is object.__str__:
@@ -138,6 +141,7 @@ def test_print_shows_no_array_either(finger: Made, pad: Made, others: Made) -> N
             assert 0 < len(str(each)) <= 2 * LONGEST and "array(" not in str(each), (name, str(each))
 
 
+@pytest.mark.slow
 def test_every_object_shows_itself_in_a_notebook(finger: Made, pad: Made, others: Made) -> None:
     for name, each in every(finger, pad, others):
         if isinstance(each, Summarised):
@@ -145,6 +149,7 @@ def test_every_object_shows_itself_in_a_notebook(finger: Made, pad: Made, others
             assert shown.startswith("<") and "array(" not in shown and len(Page(shown).text) > 0, name
 
 
+@pytest.mark.slow
 def test_completion_shows_what_users_need(finger: Made, pad: Made, others: Made) -> None:
     """Every field, and no name that parts of the package use among themselves."""
     for name, each in every(finger, pad, others):
@@ -279,6 +284,7 @@ def test_a_diagnosis_says_its_verdict(body: str, request: pytest.FixtureRequest)
     assert figure(text, r"→ (\S+) % of the peak") == pytest.approx(after, abs=0.005)
 
 
+@pytest.mark.slow
 def test_written_results_say_where_and_how_well(others: Made) -> None:
     report, comparison, ranks = (others[name] for name in ("report", "comparison", "ranks"))
     for each in (report, comparison):
@@ -294,6 +300,7 @@ def test_written_results_say_where_and_how_well(others: Made) -> None:
     assert "not uniform" in repr(ranks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["calibration", "posteriors", "simulated", "ranks"])
 def test_a_notebook_says_the_same(name: str, finger: Made, others: Made) -> None:
     each = (finger | others)[name]
