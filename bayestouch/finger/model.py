@@ -231,9 +231,8 @@ class FingerModel(SensorModel):
             return None
         if not self.evaluator.covers(vector[None, : self.n_base])[0]:
             return None
-        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
         mu = float(np.exp(vector[self.layout.log_mu]))
-        return self.evaluator.moved(radius, np.radians(recording.place[0]), recording.load, mu)
+        return self.evaluator.moved(np.radians(recording.place[0]), recording.load, mu)
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""

@@ -164,7 +164,7 @@ class TouchSeries:
         blunt = known.radius_mm > 0
         if blunt.any():
             spectra = np.tensordot(lagrange(self.sigma_nodes, sigma), self.spectra, axes=1)
-            kappa = known.load[blunt] / 1000 * known.radius_mm[blunt] / mu[:, None]
+            kappa = self._kappa(mu)
             cosine, sine = self.cosine[blunt], self.sine[blunt]
 
             def pressed(share: float) -> FloatArray:
@@ -195,25 +195,24 @@ class TouchSeries:
         """Expected readings (t, m) of one vector (d,)."""
         return np.asarray(self._summed(vector[None], by_load=False)[0][0])
 
-    def moved(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray, mu: float) -> TouchSeries | None:
-        """The series for other composite radii (mm), locations (rad) and loads (N/m) of the touches, (t,) each.
+    def moved(self, angle: FloatArray, load: FloatArray, mu: float) -> TouchSeries | None:
+        """The series for other locations (rad) and loads (N/m) of the same touches, (t,) each.
 
         `mu` is the shear modulus in MPa. None if κ of a touch is beyond the knots.
         """
-        blunt = radius_mm > 0
-        if blunt.any():
-            kappa = load[blunt] / 1000 * radius_mm[blunt] / mu
-            ends = np.log1p(np.array([kappa.min(), kappa.max()]) / self.template.kappa_scale)
-            knots = self.template.coordinates
-            if self.spectra.shape[2] != len(self.modes) or not knots[0] <= ends[0] <= ends[1] <= knots[-1]:
-                return None
-        known = replace(self.known, radius_mm=radius_mm, angle=angle, load=load)
         phase = np.outer(angle, self.modes)
-        return replace(self, known=known, cosine=np.cos(phase), sine=np.sin(phase))
+        there = replace(self.at_loads(load), cosine=np.cos(phase), sine=np.sin(phase))
+        place, knots = np.log1p(there._kappa(np.array([mu])) / self.template.kappa_scale), self.template.coordinates
+        return there if ((knots[0] <= place) & (place <= knots[-1])).all() else None
 
     def at_loads(self, load: FloatArray) -> TouchSeries:
         """The series for other loads (t,) of the same touches, N/m."""
         return replace(self, known=replace(self.known, load=load))
+
+    def _kappa(self, mu: FloatArray) -> FloatArray:
+        """κ (n, b) in mm² of the b touches that are not knife edges, for shear moduli (n,) in MPa."""
+        blunt = self.known.radius_mm > 0
+        return np.asarray(self.known.load[blunt] / 1000 * self.known.radius_mm[blunt] / mu[:, None])
 
     def _pressure(self, spectra: FloatArray, kappa: FloatArray) -> FloatArray:
         """Spectra (n, t, n_modes) at κ (n, t), by cubics through four of the knots of `spectra` (n, knots, n_modes)."""

@@ -54,7 +54,7 @@ def compare(name: str, now: Callable[[], object], before: Callable[[], object]) 
             spent[which].append(time.process_time() - begun)
     middle = {which: 1e3 * statistics.median(times) for which, times in spent.items()}
     ratio = middle["before"] / middle["now"]
-    print(f"{name:42s}{middle['now']:9.1f} ms {middle['before']:9.1f} ms   ratio {ratio:5.1f}", flush=True)
+    print(f"{name:42s}{middle['now']:9.2f} ms {middle['before']:9.2f} ms   ratio {ratio:5.1f}", flush=True)
     return ratio
 
 
