@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, check_tabulated_finger
+from bayestouch.chain.element_weight import ElementWeight
 from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
 from bayestouch.chain.surface import Profile
 
 # Values that neither the solved contact nor the table depends on, and values that only the contact does not depend on.
 _NOT_IN_TABLES = {"response", "angle", "offset", "surface", "finite_strain"}
-_OF_ELEMENTS = {"sensing_radius_mm", "aperture_mm", "friction"}
+_OF_ELEMENTS = {"sensing_radius_mm", "element_weight", "friction"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +44,10 @@ class FingerChain:
         Name of the contact model.
     layer_share : float
         Fraction of the exact contact on the bonded layer in the pressure spectrum; the rest is from `contact`.
-    aperture_mm, friction : float
-        Width of the elements and friction under the indenter, see `bayestouch.chain.response.mode_strain`.
+    element_weight : ElementWeight or None
+        Weight with which the elements average along the arc; None if they are points.
+    friction : float
+        Friction under the indenter, see `bayestouch.chain.response.mode_strain`.
     finite_strain : float
         Fraction of `bayestouch.body.finite_strain` in `predict`: 0 linear, 1 neo-Hookean with projected strains.
     surface : Profile or None
@@ -62,7 +65,7 @@ class FingerChain:
     largest_load: float
     contact: str = "layer"
     layer_share: float = 0.0
-    aperture_mm: float = 0.0
+    element_weight: ElementWeight | None = None
     friction: float = 0.0
     finite_strain: float = 0.0
     surface: Profile | None = None
@@ -99,14 +102,14 @@ class FingerChain:
     def table(self) -> ResponseTable:
         """Table of the response of the elements over κ and angle."""
         return ResponseTable.of(
-            self.spectra, self.sensing_radius_mm, aperture_mm=self.aperture_mm, friction=self.friction
+            self.spectra, self.sensing_radius_mm, element_weight=self.element_weight, friction=self.friction
         )
 
     @property
     def mode_strain(self) -> NDArray[np.complex128]:
         """Strain of each element per unit of each mode of the pressure, see `bayestouch.chain.response.mode_strain`."""
         return mode_strain(
-            self.spectra.body, self.sensing_radius_mm, aperture_mm=self.aperture_mm, friction=self.friction
+            self.spectra.body, self.sensing_radius_mm, element_weight=self.element_weight, friction=self.friction
         )
 
     @cached_property

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.body.finger import FingerBody, solve_body
+from bayestouch.chain.element_weight import ElementWeight
 from bayestouch.contact import contact_model
 from bayestouch.errors import InputError
 
@@ -105,7 +106,11 @@ class ContactSpectra:
 
 
 def mode_strain(
-    body: FingerBody, sensing_radius_mm: ArrayLike, *, aperture_mm: float = 0.0, friction: float = 0.0
+    body: FingerBody,
+    sensing_radius_mm: ArrayLike,
+    *,
+    element_weight: ElementWeight | None = None,
+    friction: float | FloatArray = 0.0,
 ) -> NDArray[np.complex128]:
     """Return the radial strain of each element per unit of each mode of the pressure.
 
@@ -113,22 +118,21 @@ def mode_strain(
     ----------
     body : FingerBody
         The solved body.
-    sensing_radius_mm : (m,) array_like
+    sensing_radius_mm : (..., m) array_like
         Sensing radii ``r_s``.
-    aperture_mm : float
-        Width over which an element averages along the arc: the mean of ``cos kθ`` over a width w is
-        ``cos kθ sin(u)/u`` with ``u = k w/(2 r_s)``.
+    element_weight : ElementWeight, optional
+        Weight with which the elements average along the arc; by default they are points.
     friction : float
         Shear traction towards larger θ, as a fraction of the pressure.
 
     Returns
     -------
-    (m, n_modes) complex array
+    (..., m, n_modes) complex array
         Under a pressure ``Re p_k exp(ikφ)`` and its friction the strain at angle φ is minus ``Re p_k e_k exp(ikφ)``.
     """
     radii = np.atleast_1d(np.asarray(sensing_radius_mm, dtype=float))
     strain = body.radial_strain(radii).astype(np.complex128)
-    if friction:
+    if np.any(friction):
         sheared = solve_body(
             body.modes,
             core_radius_mm=body.core_radius_mm,
@@ -138,8 +142,8 @@ def mode_strain(
         )
         # τ_rθ = sin kφ causes the strain s_k cos kφ; shifted by a quarter wave, cos kφ causes -s_k sin kφ.
         strain -= 1j * friction * sheared.radial_strain(radii)
-    if aperture_mm:
-        strain *= np.sinc(body.modes * (aperture_mm / radii[:, None]) / (2 * np.pi))
+    if element_weight is not None:
+        strain *= element_weight.of_modes(body.modes, radii)
     return strain
 
 
@@ -166,10 +170,15 @@ class ResponseTable:
 
     @classmethod
     def of(
-        cls, spectra: ContactSpectra, sensing_radius_mm: ArrayLike, *, aperture_mm: float = 0.0, friction: float = 0.0
+        cls,
+        spectra: ContactSpectra,
+        sensing_radius_mm: ArrayLike,
+        *,
+        element_weight: ElementWeight | None = None,
+        friction: float = 0.0,
     ) -> ResponseTable:
         """Return the table for elements at `sensing_radius_mm` (n_elements,); other parameters as in `mode_strain`."""
-        strain = mode_strain(spectra.body, sensing_radius_mm, aperture_mm=aperture_mm, friction=friction)
+        strain = mode_strain(spectra.body, sensing_radius_mm, element_weight=element_weight, friction=friction)
         modes = spectra.body.modes
         # Cubic interpolation in angle, four angles per wave of the highest mode and at least 512: the error is below
         # 1e-5 of the peak on the paper's finger, and at most 3e-5 (129 modes).

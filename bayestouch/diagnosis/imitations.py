@@ -19,8 +19,9 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
-from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes, Names
+from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes, Names, causes
 from bayestouch.diagnosis.place_or_time import IN_PLACE
+from bayestouch.diagnosis.rounds import SearchRound
 
 #: Name of a cause that was not tried: it is in no catalogue, or follows another formula than the catalogue's.
 SOMETHING_ELSE = "something else"
@@ -63,6 +64,19 @@ def with_imitations(found: Sequence[Causes], structure_left: bool) -> tuple[Caus
         Whether the diagnosis found structure that none of the causes explains.
     """
     return allowing(found, STRUCTURE_LEFT if structure_left else NOTHING_LEFT, best_effect(found))
+
+
+def most_probable_alone(one: SearchRound) -> str | None:
+    """Name of the effect that, alone, is more probable than all else that a first round tried; None if there is none.
+
+    It is counted as if it left structure, which is not known before it is fitted with others. After another effect none
+    is: such an effect was there in half of the fingers (`STRUCTURE_LEFT`).
+    """
+    if one.before.names:
+        return None
+    first = with_imitations(causes((one,)), structure_left=True)[0]
+    alone = len(first.names) == 1 and first.names[0] not in NO_EFFECTS
+    return first.names[0] if alone and first.probability > 0.5 else None
 
 
 def allowing(found: Sequence[Causes], shares: Shares, best: Names | None) -> tuple[Causes, ...]:

@@ -104,6 +104,8 @@ class SearchRound:
     held_out, held_out_in_place : mapping of str to (t,) array, or None
         Log density of each touch held out with its block, by what is held out: by the model at the beginning, and with
         the correction if there is one.
+    probable : str or None
+        Name of the effect that is more probable than all other causes together; None if there is no such effect.
     """
 
     before: Fitted
@@ -118,6 +120,7 @@ class SearchRound:
     place_or_time: tuple[PlaceOrTime, ...] = ()
     held_out: Densities | None = None
     held_out_in_place: Densities | None = None
+    probable: str | None = None
 
 
 def with_undecided_drift(last: SearchRound) -> tuple[SearchRound, ...]:

@@ -20,6 +20,7 @@ from bayestouch.diagnosis.comparison import (
     refit_all,
     tried_noise,
 )
+from bayestouch.diagnosis.imitations import most_probable_alone
 from bayestouch.diagnosis.place_or_time import place_or_time, still_drift
 from bayestouch.diagnosis.rounds import SearchRound, Tried, with_undecided_drift
 from bayestouch.effects.effect import Effect
@@ -58,8 +59,6 @@ TOGETHER = 0.75
 TOGETHER_RANDOM = 0.6
 # Number of other effects that are tried as the first one if the best one does not lead to a model within the noise.
 OTHER_STARTS = 2
-# Number of the best candidates that are refitted in their looser form, too.
-LOOSER = 3
 # A random function of time is not tried if less than this share of it is distinct from the model.
 VISIBLE = 0.2
 
@@ -188,8 +187,10 @@ def _count_retained(rounds: tuple[SearchRound, ...]) -> int:
 
 
 def _is_retained(rounds: tuple[SearchRound, ...]) -> bool:
-    """True if the effect of the first round, with those of the others, explains enough of the misfit at its start."""
+    """True if the effect of the first round is probable, or with those of the others explains enough of the misfit."""
     added = [each.added for each in rounds if each.added is not None]
+    if added[0].effect.name == rounds[0].probable:
+        return True
     explained = sum(each.of_means for each in added if not each.by_itself)
     required = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
     return added[0].by_itself or explained >= required * rounds[0].best_share
@@ -242,7 +243,11 @@ def one_round(
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
     tried = _with_looser(_best_first(tried), fitted, before, least, possible, scheduler)
-    real = [each for each in tried if _is_real(each, trials, least)]
+    gains = possible, correction, correction_gain, correction_se
+    held = held_out_each_way(fitted, fitted.linear, before), in_place
+    whole = SearchRound(fitted, tuple(tried), *gains, None, held_out=held[0], held_out_in_place=held[1])
+    whole = replace(whole, probable=most_probable_alone(whole))
+    real = [each for each in tried if _is_real(each, trials, least, whole.probable)]
     drifts = {each.effect.name: each.held_out for each in real if each.effect.random and each.held_out is not None}
     faced = place_or_time(fitted, drifts, in_place)
     real = [each for each in real if each.effect.name not in {one.drift for one in faced if not one.is_drift}]
@@ -260,9 +265,7 @@ def one_round(
         kept = {added.effect.name, *added.indistinguishable, *(one.drift for one in faced if one.undecided)}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
-    gains = possible, correction, correction_gain, correction_se
-    held = held_out_each_way(fitted, fitted.linear, before), in_place
-    return SearchRound(fitted, tuple(tried), *gains, added, (), others, faced, *held)
+    return replace(whole, tried=tuple(tried), added=added, real=others, place_or_time=faced)
 
 
 def _leading(scored: list[Candidate]) -> list[Candidate]:
@@ -279,12 +282,12 @@ def _best_first(tried: list[Tried]) -> list[Tried]:
 def _with_looser(
     tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float, scheduler: str | None
 ) -> list[Tried]:
-    """The candidates; the best ones in their looser form where this is clearly better.
+    """The candidates; those that explain enough in their looser form where this is clearly better.
 
     It is not tried where the candidate leaves no relevant misfit as it is.
     """
     refitted = [each for each in tried if each.fitted is not None and not each.effect.random]
-    plain = [each for each in refitted if each.gain > least and each.share >= SHARE][:LOOSER]
+    plain = [each for each in refitted if each.gain > least and each.share >= SHARE]
     forms = [(each, _in_looser_form(each, fitted.model.n_elements)) for each in plain if not _is_small(each.fitted)]
     pairs = [(each, candidate) for each, candidate in forms if candidate is not None]
     refits = refit_all(fitted, [candidate for _, candidate in pairs], before, ERRORS, least, scheduler)
@@ -316,10 +319,12 @@ def _passes(z: float, trials: int) -> bool:
     return at_least_one(float(2 * ndtr(-abs(z))), trials) < CHANCE
 
 
-def _is_real(tried: Tried, trials: int, least: float) -> bool:
-    if not np.isfinite(tried.gain) or not _passes(tried.z, trials):
+def _is_real(tried: Tried, trials: int, least: float, probable: str | None) -> bool:
+    if not np.isfinite(tried.gain) or not _passes(tried.z, trials) or tried.gain < least:
         return False
-    if not tried.clear or tried.gain < least:
+    if tried.effect.name == probable:
+        return True
+    if not tried.clear:
         return False
     if tried.share < SHARE and not tried.by_itself:
         return False

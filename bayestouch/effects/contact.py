@@ -84,6 +84,7 @@ class TangentialLoad(Effect):
     stage: ClassVar[Stage] = "contact"
     summary: ClassVar[str] = "friction under the probe"
     mixes: ClassVar[bool] = False
+    changes_strain: ClassVar[bool] = True
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:

@@ -143,6 +143,8 @@ class Effect:
         Whether it is a random function of time, which can also fit a part of the errors that other effects cause.
     mixes : bool
         Whether the reading of an element depends on the signals of other elements.
+    changes_strain : bool
+        Whether it changes the finger only in the strain of its elements under each Fourier mode of the pressure.
     parameters : tuple of EffectParameter
         Amplitudes and shape parameters, in the order of the argument `values` of the methods.
     """
@@ -153,6 +155,7 @@ class Effect:
     needs_samples: ClassVar[bool] = False
     random: ClassVar[bool] = False
     mixes: ClassVar[bool] = True
+    changes_strain: ClassVar[bool] = False
     parameters: tuple[EffectParameter, ...]
 
     @classmethod

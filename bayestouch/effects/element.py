@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.element_weight import ElementWeight
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.bell import TAILS, bell
@@ -34,7 +35,12 @@ class Aperture(Effect):
     The average of cos kθ over a width w is cos kθ sin(u)/u, u = k w/(2 r_s). High orders k are reduced, as they are by
     depth, so that a slightly deeper element reads almost the same. Data rarely distinguish width from depth.
 
-    Reference: R. N. Bracewell, The Fourier Transform and Its Applications (2000), on running means.
+    In the looser form element e is 1 + `own_e` times as wide, as in a row that is made by hand. And a share `tails` of
+    the weight is not even over the width but exponential on both sides, with the same variance: a stiff element pulls
+    at the rubber beyond its ends.
+
+    Reference: R. N. Bracewell, The Fourier Transform and Its Applications (2000), on running means; H. L. Cox, British
+    Journal of Applied Physics 3, 72 (1952), https://doi.org/10.1088/0508-3443/3/3/302, on the strain of stiff fibres.
     """
 
     parameters: tuple[EffectParameter, ...] = (
@@ -45,13 +51,21 @@ class Aperture(Effect):
     stage: ClassVar[Stage] = "element"
     summary: ClassVar[str] = "elements of finite width"
     mixes: ClassVar[bool] = False
+    changes_strain: ClassVar[bool] = True
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.finger else None
 
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        tails = EffectParameter("tails", "", "share of the weight with exponential sides", Uniform(0.0, 1.0), (0.5,))
+        return (*own_parameters(n_elements, "relative excess of the width", SPREAD), tails)
+
     def finger(self, chain: FingerChain, values: Values) -> FingerChain:
-        return chain.with_(aperture_mm=values[0])
+        width, *looser = values
+        if not looser:
+            return chain.with_(element_weight=ElementWeight(width))
+        return chain.with_(element_weight=ElementWeight(width * of_elements(looser[:-1]), looser[-1]))
 
 
 @dataclass(frozen=True)

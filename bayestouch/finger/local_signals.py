@@ -2,8 +2,9 @@
 
 Effects that move the touches or change the finger need a new table of contacts for each vector. Near the fit the signal
 of an element over its response is a polynomial in its depth and angle, in σ and log μ, and in the values of these
-effects. Effects on the signal are not part of it; they are evaluated as they are. Values of an effect that act through
-a basis (`Effect.by_place`, such as the profile of the surface) are too many to be variables of the polynomials. Each
+effects. Values of single elements (`own_parameters`) are one variable, as the depth is: each element has a value of its
+own. Effects on the signal are not part of it; they are evaluated as they are. Values of an effect that act through a
+basis (`Effect.by_place`, such as the profile of the surface) are too many to be variables of the polynomials. Each
 touch depends on them through one number; the signals are interpolated in this number, between polynomials at a few
 levels.
 """
@@ -15,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.effects.effect import OWN
 from bayestouch.finger.levels import Levels
 from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, chain_coordinates, monomials, powers
 from bayestouch.finger.model import FingerModel
@@ -36,8 +38,8 @@ class LocalSignals:
     ----------
     model : FingerModel
         Exact model, used for vectors outside the range of the polynomials.
-    moved : (v - 4,) int array
-        Positions of the values in the vector.
+    moved : v - 4 int arrays, (1,) or (m,)
+        Positions of the values in the vector: of one that all elements have in common, or of one of each element.
     centre, half_width : (v, m) arrays
         Range of the variables, for each element.
     degree : int
@@ -51,7 +53,7 @@ class LocalSignals:
     """
 
     model: FingerModel
-    moved: IntArray
+    moved: tuple[IntArray, ...]
     centre: FloatArray
     half_width: FloatArray
     degree: int
@@ -129,7 +131,7 @@ def _of_degree(
     count = int(NODES * len(powers(degree, variables))) + COMPARED
     nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, variables)))
     vectors = np.repeat(centre[None, :d], count, axis=0)
-    places: tuple[slice | int, ...] = (at.depth, at.angle, at.sigma, at.log_mu, *moved.tolist())
+    places: tuple[slice | int | IntArray, ...] = (at.depth, at.angle, at.sigma, at.log_mu, *moved)
     for place, node in zip(places, nodes.T, strict=True):
         vectors[:, place] = middle[place] + np.multiply.outer(node, half[place])
     response = model.sign * np.exp(centre[at.response])
@@ -177,18 +179,21 @@ def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, Fl
     return here, (up - here) / step[:, None]
 
 
-def _moved(model: FingerModel, levels: Levels | None) -> IntArray:
+def _moved(model: FingerModel, levels: Levels | None) -> tuple[IntArray, ...]:
     """Positions of the values of effects that change the pose or the finger, without those of the levels."""
-    place, out = model.n_base, list[int]()
+    place, out, on_levels = model.n_base, list[IntArray](), () if levels is None else levels.places
     for effect in model.effects:
         if effect.changes_pose or effect.changes_finger:
-            out += range(place, place + len(effect.parameters))
+            own = [i for i, each in enumerate(effect.parameters, place) if each.name.startswith(OWN)]
+            shared = sorted({*range(place, place + len(effect.parameters))}.difference(own, on_levels))
+            out += [np.array([i]) for i in shared]
+            out += [np.array(own)] if own else []
         place += len(effect.parameters)
-    return np.setdiff1d(np.array(out, dtype=np.intp), [] if levels is None else levels.places)
+    return tuple(out)
 
 
-def _variables(model: FingerModel, moved: IntArray, vectors: FloatArray) -> FloatArray:
+def _variables(model: FingerModel, moved: tuple[IntArray, ...], vectors: FloatArray) -> FloatArray:
     """Variables (v, ..., m) of each element, from vectors (..., d)."""
     own = chain_coordinates(model.layout, vectors)
-    shared = [np.broadcast_to(vectors[..., i, None], own.shape[1:]) for i in moved]
-    return np.concatenate([own, np.stack(shared)]) if shared else own
+    values = [np.broadcast_to(vectors[..., positions], own.shape[1:]) for positions in moved]
+    return np.concatenate([own, np.stack(values)]) if values else own

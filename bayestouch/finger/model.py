@@ -221,18 +221,21 @@ class FingerModel(SensorModel):
     def _series(self, recording: Recording, vector: FloatArray) -> TouchSeries | None:
         """The fast evaluator at the poses of a recording.
 
-        None if there is no evaluator, if an effect changes the finger or the contact, or if the vector or a touch is
-        outside the range of the evaluator.
+        None if there is no evaluator, if an effect changes the contact or the finger in more than the strain of the
+        elements, or if the vector or a touch is outside the range of the evaluator.
         """
         # The evaluator has no knots for the contact of a round edge. It would be used at radius 0, and the chain at any
         # other: a difference between the two is mostly that of their errors.
-        beyond = any(e.changes_finger or (e.changes_pose and e.stage != "rig") for e in self.effects)
+        beyond = any(
+            (e.changes_finger and not e.changes_strain) or (e.changes_pose and e.stage != "rig") for e in self.effects
+        )
         if self.evaluator is None or beyond:
             return None
         if not self.evaluator.covers(vector[None, : self.n_base])[0]:
             return None
         mu = float(np.exp(vector[self.layout.log_mu]))
-        return self.evaluator.moved(np.radians(recording.place[0]), recording.load, mu)
+        series = self.evaluator.moved(np.radians(recording.place[0]), recording.load, mu)
+        return series and series.with_strain_of([self.chain(vector)])
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""

@@ -13,6 +13,7 @@ from bayestouch.effects.effect import Effect
 from bayestouch.finger.local_series import local_series
 from bayestouch.finger.local_signals import local_signals
 from bayestouch.finger.model import FingerModel
+from bayestouch.finger.strain_series import StrainSeries
 
 # Relative step of the derivative over the load.
 STEP_LOAD = 1e-4
@@ -66,9 +67,9 @@ class EffectPrediction:
         """
         base = slice(0, model.n_base)
         series = model.evaluator
-        moved = any(e.changes_finger or e.changes_pose for e in model.effects)
-        if series is not None and not moved and series.covers(centre[None])[0]:
-            near = local_series(series, centre[base], sd[base], noise_sd)
+        moving = [e for e in model.effects if e.changes_finger or e.changes_pose]
+        if series is not None and all(e.changes_strain for e in moving) and series.covers(centre[None])[0]:
+            near = StrainSeries(model, series) if moving else local_series(series, centre[base], sd[base], noise_sd)
             return cls(model, near, series.covers, 0.0)
         signals = local_signals(model, centre, sd, noise_sd)
         _, _, low, high = model.prior()

@@ -7,14 +7,17 @@ them are computed once, and each evaluation is two matrix products. Pressure spe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.finger import solve_body
-from bayestouch.chain.response import ContactSpectra, modes_needed
+from bayestouch.body.finger import FingerBody, solve_body
+from bayestouch.chain.element_weight import ElementWeight
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.response import ContactSpectra, mode_strain, modes_needed
 from bayestouch.data.sensor import Finger
 from bayestouch.finger.interpolation import lagrange
 from bayestouch.finger.known_touches import KnownTouches
@@ -71,6 +74,8 @@ class TouchSeries:
         Fourier modes that are summed.
     cosine, sine : (t, n_modes) arrays
         Cosine and sine of k θ_c.
+    element_weight, friction
+        As of `FingerChain`, or those of a finger for each vector, the friction as an array (n, 1, 1).
     """
 
     known: KnownTouches
@@ -84,6 +89,8 @@ class TouchSeries:
     modes: FloatArray
     cosine: FloatArray
     sine: FloatArray
+    element_weight: ElementWeight | None = None
+    friction: float | FloatArray = 0.0
 
     @classmethod
     def of(
@@ -153,12 +160,16 @@ class TouchSeries:
             outer_radius_mm=self.finger.outer_radius_mm,
             poisson_ratio=sigma[:, None],
         )
-        weight = np.where(modes == 0, 1.0, 2.0) * body.radial_strain(vectors[:, at.depth])
+        weight = np.where(modes == 0, 1.0, 2.0) * self._strain(body, vectors[:, at.depth])
         # The response is that to a knife edge directly above the element.
         response = self.sign * np.exp(vectors[:, at.response])
-        weight *= (response / weight.sum(axis=2))[:, :, None]
+        weight *= (response / weight.sum(axis=2).real)[:, :, None]
         phase = vectors[:, at.angle, None] * modes
-        even, odd = ((weight * of).swapaxes(1, 2) for of in (np.cos(phase), np.sin(phase)))
+        if np.iscomplexobj(weight):
+            turned = (weight * np.exp(1j * phase)).swapaxes(1, 2)
+            even, odd = turned.real, turned.imag
+        else:
+            even, odd = ((weight * of).swapaxes(1, 2) for of in (np.cos(phase), np.sin(phase)))
         shape = self.cosine @ even + self.sine @ odd
         slope = shape.copy()
         blunt = known.radius_mm > 0
@@ -176,6 +187,14 @@ class TouchSeries:
             up, down = 1 + STEP_LOAD, 1 - STEP_LOAD
             slope[:, blunt] = (up * pressed(up) - down * pressed(down)) / (2 * STEP_LOAD)
         return known.load[:, None] * shape, slope
+
+    def _strain(self, body: FingerBody, depth: FloatArray) -> NDArray[np.inexact]:
+        """Strain (n, m, n_modes) of each element per unit of each mode; complex only with friction."""
+        sheared = np.any(self.friction)
+        if self.element_weight is None and not sheared:
+            return body.radial_strain(depth)
+        strain = mode_strain(body, depth, element_weight=self.element_weight, friction=self.friction)
+        return strain if sheared else strain.real
 
     def derivatives(self, vector: FloatArray) -> FloatArray:
         """Derivative of the readings at a vector (d,), (5, t, m), in the order of `bayestouch.chain.neighbours`.
@@ -204,6 +223,12 @@ class TouchSeries:
         there = replace(self.at_loads(load), cosine=np.cos(phase), sine=np.sin(phase))
         place, knots = np.log1p(there._kappa(np.array([mu])) / self.template.kappa_scale), self.template.coordinates
         return there if ((knots[0] <= place) & (place <= knots[-1])).all() else None
+
+    def with_strain_of(self, chains: Sequence[FingerChain]) -> TouchSeries:
+        """The series with the weights of the elements and the friction of fingers, one for each vector."""
+        weights = [each.element_weight for each in chains]
+        friction = np.array([each.friction for each in chains])[:, None, None]
+        return replace(self, element_weight=ElementWeight.stacked(weights), friction=friction)
 
     def at_loads(self, load: FloatArray) -> TouchSeries:
         """The series for other loads (t,) of the same touches, N/m."""

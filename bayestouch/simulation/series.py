@@ -38,7 +38,7 @@ def summed_strain(
     radius = chain.effective_radius(composite_radius(indenter_radius_mm, radii[1]), angle)
     kappa = load / 1000 * radius / chain.shear_modulus_MPa
     spectrum = _spectrum(chain, kappa, modes)
-    of_mode = mode_strain(body, chain.sensing_radius_mm, aperture_mm=chain.aperture_mm, friction=chain.friction)
+    of_mode = mode_strain(body, chain.sensing_radius_mm, element_weight=chain.element_weight, friction=chain.friction)
     weights = np.where(modes == 0, 1.0, 2.0) * of_mode
     # Re w exp(ik(θ_s - θ_c)) as two products, so that no array (touch, element, mode) is needed.
     touch, element = np.outer(angle, modes), np.outer(chain.angle, modes)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bayestouch.diagnosis import imitations
 from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes
 from bayestouch.diagnosis.imitations import NOTHING_LEFT, SOMETHING_ELSE, STRUCTURE_LEFT, with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE
@@ -67,3 +70,26 @@ def test_each_cause_is_there_with_its_share(orders: list[list[str]], length: int
     for name in NAMES:
         wanted = sum(p * (shares.first if names[0] == name else shares.later) for names, p in found if name in names)
         assert sum(p for names, p in after.items() if name in names) == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(
+    ("found", "name"),
+    [
+        ((("creep",), 0.66), "creep"),  # times 0.77 it is more than a half
+        ((("creep",), 0.64), None),
+        (((NOTHING,), 1.0), None),
+        (((IN_PLACE,), 1.0), None),
+        (((IN_TIME,), 1.0), None),
+    ],
+)
+def test_an_effect_that_is_more_probable_than_all_else(
+    monkeypatch: pytest.MonkeyPatch, found: tuple[tuple[str, ...], float], name: str | None
+) -> None:
+    one = SimpleNamespace(before=SimpleNamespace(names=()))
+    rest = Causes(("memory",), 1 - found[1])
+    monkeypatch.setattr(imitations, "causes", lambda rounds: [Causes(*found), rest] if rounds == (one,) else [])
+    assert imitations.most_probable_alone(one) == name  # type: ignore[arg-type]
+
+
+def test_after_another_effect_none_is() -> None:
+    assert imitations.most_probable_alone(SimpleNamespace(before=SimpleNamespace(names=("creep",)))) is None  # type: ignore[arg-type]

@@ -19,7 +19,7 @@ def test_settings() -> None:
     assert (search.CHANCE, search.ERRORS, search.MATERIAL, search.SHARE) == (0.01, 3.0, 0.1, 0.3)
     assert (search.TOGETHER, search.TOGETHER_RANDOM, choice.INDISTINGUISHABLE, choice.NEARLY) == (0.75, 0.6, 2.0, 0.9)
     assert (search.LEADING, search.MOST_EFFECTS, search.OTHER_STARTS, search.VISIBLE) == (5, 4, 2, 0.2)
-    assert (search.LOOSER, comparison.MOST_OF_A_TOUCH) == (3, 10.0)
+    assert comparison.MOST_OF_A_TOUCH == 10.0
 
 
 @pytest.mark.parametrize(
@@ -29,6 +29,11 @@ def test_what_is_added_must_explain_three_quarters(of_means: list[float], stands
     """Of what could be explained in its own round, together with what came after."""
     rounds = tuple(one_round(tried(of_means=each), 100.0 if k == 0 else 1.0) for k, each in enumerate(of_means))
     assert search._is_retained(rounds) == stands
+
+
+def test_what_is_probable_stands_whatever_it_explains() -> None:
+    assert search._is_retained((one_round(tried(of_means=10), probable="one"),))
+    assert not search._is_retained((one_round(tried(of_means=10), probable="another"),))
 
 
 @pytest.mark.parametrize(("of_means", "stands"), [(59.9, False), (60.0, True)])
@@ -138,7 +143,21 @@ def test_chance_of_the_best_of_many_trials(trials: int) -> None:
 )
 def test_what_is_real(changes: dict[str, Any], real: bool) -> None:
     """At the limits, with a least gain of 20."""
-    assert search._is_real(tried(**changes), 10, 20.0) == real
+    assert search._is_real(tried(**changes), 10, 20.0, None) == real
+
+
+@pytest.mark.parametrize(
+    ("changes", "real"),
+    [
+        ({"clear": False, "share": 0.0}, True),
+        ({"effect": DRIFT, "seen": 0.2}, False),
+        ({"z": 2.0}, False),
+        ({"gain": 19.9}, False),
+    ],
+)
+def test_what_is_probable_need_not_explain_a_share(changes: dict[str, Any], real: bool) -> None:
+    """It is no chance, and of relevant size; the name is that of another effect for the drift."""
+    assert search._is_real(tried(**changes), 10, 20.0, "one") == real
 
 
 @pytest.mark.parametrize(

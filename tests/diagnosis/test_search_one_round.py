@@ -119,6 +119,15 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose([each.share for each in found.tried[:4]], [80 / 93, 70 / 93, 60 / 93, 5 / 93])
 
 
+@pytest.mark.parametrize("probable", ["b", None])
+def test_a_round_that_adds_what_is_probable(monkeypatch: pytest.MonkeyPatch, probable: str | None) -> None:
+    """Though it explains a twentieth and few touches have its gain, which is no chance."""
+    refitted = {name: priced(name, 9.0, gain=90.0, of_means=2.0, clear=False) for name in ("a", "b")}
+    monkeypatch.setattr(search, "most_probable_alone", lambda one: probable if len(one.tried) == 2 else "a")
+    found, _ = scored_round(monkeypatch, [candidate(name) for name in refitted], refitted, [])
+    assert found.probable == probable and (found.added and found.added.effect.name) == probable
+
+
 def test_drifts_do_not_take_the_place_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Five others are refitted, and the drifts that are better than the last of them."""
     scored = [candidate(name) for name in "abcdefg"]

@@ -12,6 +12,7 @@ from scipy.stats import multivariate_normal
 from study_modules import study
 
 from bayestouch.body.emap import empirical_e_matrix
+from bayestouch.chain.element_weight import ElementWeight
 from bayestouch.chain.empirical import EmpiricalFingerChain, elastic_e_matrix, modes_of, pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
@@ -132,10 +133,15 @@ def test_chain_is_the_series_whatever_the_map() -> None:
 
 
 @pytest.mark.parametrize(
-    "changes", [{"friction": 0.3}, {"aperture_mm": 2.0}, {"friction": -0.2, "aperture_mm": 3.0, "finite_strain": 1.0}]
+    "changes",
+    [
+        {"friction": 0.3},
+        {"element_weight": ElementWeight(2.0)},
+        {"friction": -0.2, "element_weight": ElementWeight(3.0), "finite_strain": 1.0},
+    ],
 )
 def test_map_of_a_finger_that_effects_have_changed(changes: dict[str, float]) -> None:
-    """Friction turns each mode, an aperture weakens it, and finite strain comes on top of the map."""
+    """Friction turns each mode, the width of an element weakens it, and finite strain comes on top of the map."""
     chain = elastic((-20.0, 5.0, 30.0)).with_(**changes)
     mapped = EmpiricalFingerChain(chain, elastic_e_matrix(chain, modes_of(chain)))
     rng = np.random.default_rng(0)

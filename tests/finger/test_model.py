@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from independent.finger import SMALL, Press, build
-from independent.finger import Finger as WrittenOut
+from independent.finger import SMALL
+from model_cases import REFERENCE, Case, three_times
 
-from bayestouch.contact import composite_radius
-from bayestouch.data.sensor import Finger
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.effects.listing import FINGER
-from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.layout import FlatLayout
-from bayestouch.finger.model import FingerModel
-from bayestouch.finger.series import Reach, TouchSeries
 from bayestouch.model.observations import UntimedTouches
 
 # Of the peak. The finger written out solves contacts on nodes of its own; the series is within 5e-7 of it, and the
 # chain, which looks readings up in a table, within 1e-5.
 QUICK, CHAIN = 3e-6, 3e-5
-REFERENCE = 200.0
 # The effects that a finger can have and that change predictions; memory needs the times of touches.
 ACTING = [
     name
@@ -31,59 +24,9 @@ ACTING = [
 ]
 
 
-@dataclass(frozen=True)
-class Case:
-    """A finger three times: written out, as a model that uses the quick evaluator, and as one that has the chain."""
-
-    finger: WrittenOut
-    press: Press
-    quick: FingerModel
-    chain: FingerModel
-    vector: np.ndarray
-
-
 @pytest.fixture(scope="module")
 def case() -> Case:
-    rng = np.random.default_rng(3)
-    finger = build(SMALL, rng)
-    tip = np.repeat([0.0, 1.59, 6.01, 25.25, np.inf], 14)
-    press = Press(tip, rng.uniform(-40, 40, len(tip)), rng.uniform(160, 240, len(tip)))
-    m, body, peak = SMALL.n_elements, SMALL.body, finger.peak
-    built = Finger(body.core, body.outer, SMALL.depth, tuple(SMALL.angles))
-    at = FlatLayout(m, discrepancy=False)
-    own = [np.log(peak / REFERENCE), finger.depth, np.radians(finger.angle)]
-    vector = np.concatenate([*own, [body.poisson, np.log(finger.modulus)]])
-    radius = composite_radius(tip, body.outer)
-    chain = FingerModel(
-        observed=UntimedTouches(len(tip)),
-        peak=peak,
-        reference_load=REFERENCE,
-        finger=built,
-        layout=at,
-        flat_prior=None,
-        sign=np.ones(m),
-        contact="layer",
-        largest_load=300.0,
-        pose=np.stack([radius, np.radians(press.angle), press.load]),
-    )
-    blank = np.zeros((len(tip), m))
-    known = KnownTouches(
-        radius_mm=radius,
-        angle=np.radians(press.angle),
-        load=press.load,
-        load_reads=np.ones(len(tip)),
-        readings=blank,
-        counts=np.ones(blank.shape, dtype=np.int64),
-        scatter=np.zeros(m),
-        scatter_dof=np.zeros(m),
-    )
-    reach = Reach(
-        sigma=(body.poisson - 0.03, body.poisson + 0.03),
-        log_mu=(float(vector[at.log_mu]) - 0.5, float(vector[at.log_mu]) + 0.5),
-        depth=float(finger.depth.max()) + 0.2,
-    )
-    series = TouchSeries.of(known, built, at, np.ones(m), reach, "layer")
-    return Case(finger, press, replace(chain, evaluator=series), chain, vector)
+    return three_times()
 
 
 def test_readings_are_those_of_a_finger_written_out(case: Case) -> None:
@@ -141,7 +84,45 @@ def test_effects_on_readings_act_alike_on_both_evaluators(case: Case, name: str)
         assert np.abs(one - other).max() < 5e-3 * max(np.abs(other).max(), 1e-3 * peak.max())
 
 
-@pytest.mark.parametrize("name", ["aperture", "finite_strain", "tangential_load", "surface_profile"])
+@pytest.mark.parametrize(("name", "value"), [("aperture", 2.0), ("tangential_load", -0.2)])
+def test_effects_on_the_strain_of_elements_are_those_of_a_finger_written_out(
+    case: Case, name: str, value: float
+) -> None:
+    """By the series and by the chain; the response is that of the element with its width."""
+    effect = effect_classes()[name].suited(FINGER)
+    assert effect is not None
+    finger, press = case.finger, case.press
+    press = replace(
+        press, **{"aperture": {"width": value}, "tangential_load": {"tangential": np.full(len(press.tip), value)}}[name]
+    )
+    edge = replace(
+        press, tip=np.zeros(finger.angle.size), angle=finger.angle, load=np.full(finger.angle.size, REFERENCE)
+    )
+    peak = np.diagonal(finger.signal(replace(edge, tangential=np.zeros(finger.angle.size))))
+    for model, error in ((case.quick, QUICK), (case.chain, CHAIN)):
+        model = model.with_effects((effect,))
+        found = model.predict(model.extended(case.vector, (value,))).touches
+        assert np.abs(found / case.finger.peak - finger.signal(press) / peak).max() < error
+    assert np.abs(finger.signal(press) / peak - finger.signal(case.press) / finger.peak).max() > 1e-2
+
+
+def test_each_element_has_its_own_aperture(case: Case) -> None:
+    """Element e reads as if all elements were as wide as it is; sides that are exponential make a difference."""
+    plain = effect_classes()["aperture"].suited(FINGER)
+    assert plain is not None
+    own = np.linspace(-0.6, 0.8, SMALL.n_elements)
+    loose = plain.looser(SMALL.n_elements)
+    assert loose is not None
+    model, one = (case.quick.with_effects((effect,)) for effect in (loose, plain))
+    found = model.predict(model.extended(case.vector, (2.0, *own, 0.0))).touches
+    for e, more in enumerate(own):
+        alike = one.predict(one.extended(case.vector, (2.0 * (1 + more),))).touches
+        np.testing.assert_allclose(found[:, e], alike[:, e], rtol=1e-12)
+    sides = model.predict(model.extended(case.vector, (2.0, *own, 1.0))).touches
+    assert np.abs((sides - found) / case.finger.peak).max() > 2e-4
+
+
+@pytest.mark.parametrize("name", ["finite_strain", "surface_profile"])
 def test_effects_before_the_readings_are_those_of_the_chain(case: Case, name: str) -> None:
     effect = effect_classes()[name].suited(FINGER)
     assert effect is not None

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.body.annulus import solve_annulus
+from bayestouch.chain.element_weight import ElementWeight
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius, contact_model
 from bayestouch.simulation.series import summed_strain
@@ -48,5 +49,7 @@ def test_aperture_is_the_mean_over_the_element() -> None:
         aside = replace(CHAIN, angle=CHAIN.angle + node * width / 2 / CHAIN.sensing_radius_mm)
         mean += weight / 2 * summed_strain(aside, *touch)
     # 12 Gauss nodes over a width in which the strain's highest mode turns by 3 rad: exact to 1e-9
-    np.testing.assert_allclose(summed_strain(replace(CHAIN, aperture_mm=width), *touch), mean, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        summed_strain(replace(CHAIN, element_weight=ElementWeight(width)), *touch), mean, rtol=0, atol=1e-9
+    )
     assert np.abs(summed_strain(CHAIN, *touch) - mean).max() > 1e-3
