@@ -1,20 +1,22 @@
-"""The blind studies of the diagnosis: new forms, new causes, two rubbers, two orders. Each of the four is run once.
+"""The blind studies of the diagnosis: new forms, new causes, two rubbers, two orders. Each of the five is run once.
 
 Forms and causes of the first are in `tests/independent/blind_forms.py`, those of the others in `second_forms.py`,
-`third_forms.py` and `fourth_forms.py` beside it; cases and rules are in this file, tables in
+`third_forms.py`, `fourth_forms.py` and `fifth_forms.py` beside it; cases and rules are in this file, tables in
 `studies/_blind_tables.py`. All of them were committed before the code that they examine was frozen. No form was adapted
 to what the diagnosis can do, and no diagnosis of these forms was run before. Results are published whatever they are.
 
 Cases, each with a finger of its own (seeds 88000 and on in the first study, 91000 and on in the second, 94000 and on in
-the third, 97000 and on in the fourth):
+the third, 97000 and on in the fourth, 103000 and on in the fifth):
 
 - one: 2 forms of every effect at sizes 1, 2 and 5; each form sees both rubbers and both orders (third study: each form
-  at each size; fourth study: each form once at each size, with rubbers and orders that change);
-- none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15, third: 36, fourth: 10);
+  at each size; fourth study: each form once at each size, with rubbers and orders that change; fifth: each form once,
+  at size 2);
+- none: fingers on which nothing is missing, 25 for each rubber and order (second study: 15, third: 36, fourth: 10,
+  fifth: 5);
 - unlisted: 12 causes (from the second study on: 10) at sizes 2 and 5, for each rubber and order (third study: twice;
-  fourth study: for two of them, which have both rubbers and both orders);
+  fourth study: for two of them, which have both rubbers and both orders; fifth: for one of them);
 - pair: 30 pairs of effects (from the second study on: 24 others), size 2 each, twice with other forms, rubbers or
-  orders (third study: eight times);
+  orders (third study: eight times; fifth: no pairs);
 - whole, in the first study alone: 12 fingers as large as the practice fingers, counted apart from the others, which
   have 8 elements.
 
@@ -40,7 +42,7 @@ How results are counted, written down before any run:
 - Causes: a set of causes is right as `studies/_cause_rules.py` counts it.
 
     python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
-        --study NAME    first, second or fourth, in place of the third
+        --study NAME    first, second, fourth or fifth, in place of the third
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
         --again         the fingers of 8 elements of a study that was run, with the code of today or, by PYTHONPATH,
                         with other code: for development
@@ -82,13 +84,13 @@ from _error_rate_versions import code_version, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
 from _result_lines import appending, kept_lines  # noqa: E402
 from _shared_out import finished  # noqa: E402
-from independent import blind_forms, dataset, fourth_forms, second_forms, third_forms  # noqa: E402
+from independent import blind_forms, dataset, fifth_forms, fourth_forms, second_forms, third_forms  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
 from independent.dataset import write  # noqa: E402
 from independent.effects import forms_of  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
-REGISTRIES = (dataset, blind_forms, second_forms, third_forms, fourth_forms)
+REGISTRIES = (dataset, blind_forms, second_forms, third_forms, fourth_forms, fifth_forms)
 EFFECTS = {key: effect for each in REGISTRIES for key, effect in each.EFFECTS.items()}
 #: Rubber and order of touches. Any three that follow each other have both rubbers and both orders.
 CONDITIONS = (("soft", "scan"), ("stiff", "random"), ("soft", "random"), ("stiff", "scan"))
@@ -113,6 +115,7 @@ class Study:
     `name` is that of its page and of its folder, `tag` that of the commit at which it runs, and `registry` the module
     of its forms and causes. `plain` counts the fingers of each rubber and order on which nothing is missing, `of_form`
     those of each form and size, `of_cause` those of each unlisted cause and size, `of_pair` those of each pair.
+    `sizes` are those of a single effect.
     """
 
     name: str
@@ -125,6 +128,7 @@ class Study:
     of_form: int = 1
     of_cause: int = 4
     of_pair: int = 2
+    sizes: tuple[float, ...] = SIZES
 
 
 BLIND_STUDIES = {
@@ -132,6 +136,7 @@ BLIND_STUDIES = {
     "second": Study("second_blind_study", "second-blind-study", second_forms, 91_000, 15, SECOND_PAIRS),
     "third": Study("third_blind_study", "third-blind-study", third_forms, 94_000, 36, THIRD_PAIRS, (), 4, 8, 8),
     "fourth": Study("fourth_blind_study", "fourth-blind-study", fourth_forms, 97_000, 10, FOURTH_PAIRS, (), 1, 2, 2),
+    "fifth": Study("fifth_blind_study", "fifth-blind-study", fifth_forms, 103_000, 5, (), (), 1, 1, 1, (PAIR_SIZE,)),
 }
 
 
@@ -161,13 +166,14 @@ def cases(study: Study) -> list[Case]:
     """All cases of a study in a fixed random order, so that a part of the run is a smaller study."""
     plan: list[tuple[str, tuple[tuple[str, float], ...], int, str]] = []
     for i, form in enumerate(study.registry.LISTED):
-        sizes = [(i + j + k, size) for j, size in enumerate(SIZES) for k in range(study.of_form)]
+        sizes = [(i + j + k, size) for j, size in enumerate(study.sizes) for k in range(study.of_form)]
         plan += [("one", ((form.key, size),), condition, "small") for condition, size in sizes]
     plan += [("none", (), i, "small") for i in range(study.plain * len(CONDITIONS))]
-    for cause in study.registry.UNLISTED:
-        plan += [
-            ("unlisted", ((cause.key, size),), i, "small") for size in UNLISTED_SIZES for i in range(study.of_cause)
-        ]
+    for number, cause in enumerate(study.registry.UNLISTED):
+        for j, size in enumerate(UNLISTED_SIZES):
+            # with one condition for a cause, these change from cause to cause and from size to size
+            begin = number + j if study.of_cause == 1 else 0
+            plan += [("unlisted", ((cause.key, size),), begin + i, "small") for i in range(study.of_cause)]
     for i, (first, second) in enumerate(study.pairs):
         for j in range(study.of_pair):
             one, other = (forms_of(study.registry.EFFECTS, name) for name in (first, second))

@@ -244,7 +244,10 @@ def _descended(
         moved = vector
         while share > 1e-3:
             moved = np.clip(vector + share * step, low, high)
-            if _compared(model, moved, model.predict(moved), whitening, functions).cost() < cost:
+            # A step that goes much too far costs inf or NaN, and is not taken.
+            with np.errstate(over="ignore", invalid="ignore"):
+                tried = _compared(model, moved, model.predict(moved), whitening, functions).cost()
+            if tried < cost:
                 break
             share *= 0.3
         else:

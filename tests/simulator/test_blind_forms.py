@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from independent import blind_forms, dataset, fourth_forms, second_forms, shape, third_forms
+from independent import blind_forms, dataset, fifth_forms, fourth_forms, second_forms, shape, third_forms
 from independent.blind_fingers import LADDER, RUBBERS, design, planned, simulate, within_reach
 from independent.catalogue_finger import finite_strain
 from independent.effects import Effect, forms_of
@@ -24,16 +24,23 @@ SEED = 8700
 #: What a multiple of a form of today leaves of a new one, rms over rms, at the least.
 APART = 0.1
 #: Registries by name, each with those whose forms it must not repeat.
-REGISTRIES = {"first": blind_forms, "second": second_forms, "third": third_forms, "fourth": fourth_forms}
+REGISTRIES = {
+    "first": blind_forms,
+    "second": second_forms,
+    "third": third_forms,
+    "fourth": fourth_forms,
+    "fifth": fifth_forms,
+}
 EARLIER = {
     "first": (dataset,),
     "second": (dataset, blind_forms),
     "third": (dataset, blind_forms, second_forms),
     "fourth": (dataset, blind_forms, second_forms, third_forms),
+    "fifth": (dataset, blind_forms, second_forms, third_forms, fourth_forms),
 }
 OLDER = {name: {key: e for each in some for key, e in each.EFFECTS.items()} for name, some in EARLIER.items()}
 STRUCTURE = [(name, e) for name, each in REGISTRIES.items() for e in each.LISTED if e.when != "error"]
-ALL = {**blind_forms.EFFECTS, **second_forms.EFFECTS, **third_forms.EFFECTS, **fourth_forms.EFFECTS}
+ALL = {key: effect for each in REGISTRIES.values() for key, effect in each.EFFECTS.items()}
 
 
 @cache
