@@ -122,7 +122,7 @@ def mode_strain(
         Sensing radii ``r_s``.
     element_weight : ElementWeight, optional
         Weight with which the elements average along the arc; by default they are points.
-    friction : float
+    friction : float or (..., 1, 1) array
         Shear traction towards larger θ, as a fraction of the pressure.
 
     Returns

@@ -243,9 +243,17 @@ def one_round(
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
     tried = _with_looser(_best_first(tried), fitted, before, least, possible, scheduler)
-    gains = possible, correction, correction_gain, correction_se
-    held = held_out_each_way(fitted, fitted.linear, before), in_place
-    whole = SearchRound(fitted, tuple(tried), *gains, None, held_out=held[0], held_out_in_place=held[1])
+    whole = SearchRound(
+        fitted,
+        tuple(tried),
+        possible,
+        correction,
+        correction_gain,
+        correction_se,
+        added=None,
+        held_out=held_out_each_way(fitted, fitted.linear, before),
+        held_out_in_place=in_place,
+    )
     whole = replace(whole, probable=most_probable_alone(whole))
     real = [each for each in tried if _is_real(each, trials, least, whole.probable)]
     drifts = {each.effect.name: each.held_out for each in real if each.effect.random and each.held_out is not None}

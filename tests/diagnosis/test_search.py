@@ -156,7 +156,7 @@ def test_what_is_real(changes: dict[str, Any], real: bool) -> None:
     ],
 )
 def test_what_is_probable_need_not_explain_a_share(changes: dict[str, Any], real: bool) -> None:
-    """It is no chance, and of relevant size; the name is that of another effect for the drift."""
+    """It must be no chance, and of relevant size. The drift is not the effect that is probable."""
     assert search._is_real(tried(**changes), 10, 20.0, "one") == real
 
 
