@@ -14,7 +14,8 @@ DRIFT = BaselineDrift(())
 
 
 def effect(name: str) -> Any:
-    return SimpleNamespace(name=name, parameters=(), needs_samples=False, random=False, looser=lambda m: None)
+    kinds = dict.fromkeys(("needs_samples", "random", "remembers"), False)
+    return SimpleNamespace(name=name, parameters=(), looser=lambda m: None, **kinds)
 
 
 def tried(name: str = "one", **changes: Any) -> Tried:

@@ -3,6 +3,10 @@
 Touches are held out in blocks of time, and in blocks of places with whatever was touched there at any time. A drift
 does not know a time that was held out, functions of place do not know a place. Each is named only if it predicts better
 in one way and not worse in the other; if neither does, the order of the touches does not distinguish them.
+
+In a scan the touches before are those of the places beside, so that an effect of earlier touches can follow errors that
+belong to a place. Where functions of place predict better in one way and not worse in the other, it stays only if it is
+better also beside them. Where they do not, it stays: unlike a drift it follows a formula, and cannot follow everything.
 """
 
 from __future__ import annotations
@@ -35,12 +39,12 @@ Densities = Mapping[str, FloatArray]
 
 @dataclass(frozen=True)
 class PlaceOrTime:
-    """A drift against functions of place, fitted to the same touches.
+    """A drift, or an effect of earlier touches, against functions of place, fitted to the same touches.
 
     Attributes
     ----------
     drift : str
-        Name of the drift.
+        Name of the drift or effect.
     across : mapping of str to (float, float)
         Log density of held-out touches by the drift minus that by functions of place, and its standard error over
         blocks; by what was held out, ``times`` and ``places``. Where the touches have too few places, only ``times``.
@@ -81,6 +85,14 @@ def place_or_time(fitted: Fitted, drifts: Mapping[str, Densities], places: Densi
         return ()
     blocks = blocks_of(fitted)
     return tuple(PlaceOrTime(name, differences(drift, places, blocks)) for name, drift in drifts.items())
+
+
+def is_better_beside(fitted: Fitted, places: Densities) -> bool:
+    """True if a model with an effect and functions of place predicts better than these without the effect."""
+    blocks, correction = blocks_of(fitted), fit_correction(fitted)
+    if correction is None:
+        return True
+    return _is_better(_standardised(differences(densities_of_held_out(correction.linear, blocks), places, blocks)))
 
 
 def still_drift(effect: Effect, fitted: Fitted) -> bool:

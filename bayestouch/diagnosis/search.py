@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,7 @@ from bayestouch.diagnosis.comparison import (
     tried_noise,
 )
 from bayestouch.diagnosis.imitations import most_probable_alone
-from bayestouch.diagnosis.place_or_time import place_or_time, still_drift
+from bayestouch.diagnosis.place_or_time import Densities, PlaceOrTime, is_better_beside, place_or_time, still_drift
 from bayestouch.diagnosis.rounds import SearchRound, Tried, with_undecided_drift
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.kinds import of_noise
@@ -256,8 +257,8 @@ def one_round(
     )
     whole = replace(whole, probable=most_probable_alone(whole))
     real = [each for each in tried if _is_real(each, trials, least, whole.probable)]
-    drifts = {each.effect.name: each.held_out for each in real if each.effect.random and each.held_out is not None}
-    faced = place_or_time(fitted, drifts, in_place)
+    drifts = place_or_time(fitted, _held_out(each for each in real if each.effect.random), in_place)
+    faced = (*drifts, *_imitating_place(fitted, [each for each in real if each.effect.remembers], in_place))
     real = [each for each in real if each.effect.name not in {one.drift for one in faced if not one.is_drift}]
     # Changes during a touch are not noise: effects within touches have priority over effects of the noise.
     within = [each for each in real if each.effect.needs_samples and each.noise is None]
@@ -274,6 +275,19 @@ def one_round(
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
     return replace(whole, tried=tuple(tried), added=added, real=others, place_or_time=faced)
+
+
+def _imitating_place(fitted: Fitted, tried: list[Tried], places: Densities | None) -> list[PlaceOrTime]:
+    """Effects of earlier touches that functions of place replace, also beside these."""
+    models = {each.effect.name: each.fitted for each in tried}
+    replaced = [one for one in place_or_time(fitted, _held_out(tried), places) if one.is_place]
+    beside = ((one, models[one.drift]) for one in replaced)
+    return [one for one, model in beside if model and places and not is_better_beside(model, places)]
+
+
+def _held_out(tried: Iterable[Tried]) -> dict[str, Densities]:
+    """Log densities of held-out touches by the effects that were refitted, by name."""
+    return {each.effect.name: each.held_out for each in tried if each.held_out is not None}
 
 
 def _leading(scored: list[Candidate]) -> list[Candidate]:

@@ -141,6 +141,8 @@ class Effect:
         Whether it differs between the samples of one touch, so that means of touches show only a part of it.
     random : bool
         Whether it is a random function of time, which can also fit a part of the errors that other effects cause.
+    remembers : bool
+        Whether it depends on earlier touches, which in a scan are touches of the places beside.
     mixes : bool
         Whether the reading of an element depends on the signals of other elements.
     changes_strain : bool
@@ -154,6 +156,7 @@ class Effect:
     summary: ClassVar[str]
     needs_samples: ClassVar[bool] = False
     random: ClassVar[bool] = False
+    remembers: ClassVar[bool] = False
     mixes: ClassVar[bool] = True
     changes_strain: ClassVar[bool] = False
     parameters: tuple[EffectParameter, ...]

@@ -207,6 +207,7 @@ class Memory(Effect):
     name: ClassVar[str] = "memory"
     stage: ClassVar[Stage] = "readout"
     summary: ClassVar[str] = "remainder of the readings of earlier touches"
+    remembers: ClassVar[bool] = True
     mixes: ClassVar[bool] = False
     needs_samples: ClassVar[bool] = True
 

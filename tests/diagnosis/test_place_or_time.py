@@ -81,3 +81,24 @@ def test_something_in_place(monkeypatch: pytest.MonkeyPatch, gains: tuple[float,
         assert list(found) == ["times", "places"]
         np.testing.assert_allclose(list(found.values()), [(5.0, 2.0), (1.0, 2.0)])
     assert module.in_place(fitted, before, None) is None
+
+
+@pytest.mark.parametrize(("gains", "better"), [((5.0, 1.0), True), ((1.0, 1.0), False), ((5.0, -5.0), False)])
+def test_better_beside_functions_of_place(
+    monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], better: bool
+) -> None:
+    """An effect with functions of place against these alone, by `BETTER` standard errors of 2; without them it is."""
+    fitted: Any = "with the effect"
+    about = np.array([-2, 0, 2]) / np.sqrt(3)
+    places = {"times": np.zeros(3), "places": np.ones(3)}
+    beside = {name: places[name] + gain / 3 + about for name, gain in zip(places, gains, strict=True)}
+
+    class Placed:
+        linear = "placed"
+
+    monkeypatch.setattr(module, "blocks_of", lambda fitted: dict.fromkeys(places, np.arange(3)))
+    monkeypatch.setattr(module, "fit_correction", lambda fitted: Placed())
+    monkeypatch.setattr(module, "densities_of_held_out", lambda linear, blocks: {"placed": beside}[linear])
+    assert module.is_better_beside(fitted, places) == better
+    monkeypatch.setattr(module, "fit_correction", lambda fitted: None)
+    assert module.is_better_beside(fitted, places)

@@ -207,7 +207,7 @@ def test_a_drift_that_is_undecided_keeps_its_fit(monkeypatch: pytest.MonkeyPatch
     best = priced("a", 2.0, gain=95.0, of_means=80.0, difference=shape + 9)
     far = priced("b", 9.0, gain=60.0, of_means=60.0, difference=shape - 9)
     found = PlaceOrTime("baseline_drift", {"times": (1.0, 1.0)})
-    monkeypatch.setattr(search, "place_or_time", lambda fitted, drifts, in_place: (found,))
+    monkeypatch.setattr(search, "place_or_time", lambda fitted, drifts, in_place: (found,) if drifts else ())
     scored = [candidate("a"), candidate("b"), candidate("baseline_drift", effect=DRIFT)]
     made, _ = scored_round(monkeypatch, scored, {"a": best, "b": far, "baseline_drift": drift}, [])
     assert made.added is not None and made.added.effect.name == "a"
@@ -223,6 +223,8 @@ def test_a_drift_faces_functions_of_place(monkeypatch: pytest.MonkeyPatch, z: fl
     places = SimpleNamespace(linear="placed")
 
     def faced(fitted: Any, drifts: Any, in_place: Any) -> tuple[PlaceOrTime, ...]:
+        if not drifts:  # effects of earlier touches, of which there is none
+            return ()
         assert drifts == {"baseline_drift": {"times": "drifting"}}
         np.testing.assert_array_equal(in_place["times"], [15.0, 15.5, 16.0])
         return (found,)
@@ -232,6 +234,39 @@ def test_a_drift_faces_functions_of_place(monkeypatch: pytest.MonkeyPatch, z: fl
         monkeypatch, [candidate("baseline_drift", effect=DRIFT)], {"baseline_drift": drift}, [], places
     )
     assert made.place_or_time == (found,)
+    assert (None if made.added is None else made.added.effect.name) == added
+
+
+@pytest.mark.parametrize(
+    ("z", "beside", "added"),
+    [
+        ((-2.1, 1.9), False, None),
+        ((-2.1, 1.9), True, "memory"),
+        ((-1.9, -1.9), False, "memory"),
+        ((-9.0, 2.1), False, "memory"),
+    ],
+)
+def test_an_effect_of_earlier_touches_faces_functions_of_place(
+    monkeypatch: pytest.MonkeyPatch, z: tuple[float, float], beside: bool, added: str | None
+) -> None:
+    """It is left out only if these predict better in its place, and it predicts nothing beside them."""
+    memory = effect("memory")
+    memory.remembers = True
+    refitted = priced("memory", 9.0, gain=90.0, of_means=80.0, effect=memory, held_out={"times": "remembering"})
+    found = PlaceOrTime("memory", {"times": (z[0], 1.0), "places": (z[1], 1.0)})
+    asked: list[Any] = []
+
+    def faced(fitted: Any, held_out: Any, in_place: Any) -> tuple[PlaceOrTime, ...]:
+        assert held_out in ({}, {"memory": {"times": "remembering"}})
+        return (found,) if held_out else ()
+
+    monkeypatch.setattr(search, "place_or_time", faced)
+    monkeypatch.setattr(search, "is_better_beside", lambda fitted, places: asked.append(fitted) or beside)
+    made, _ = scored_round(
+        monkeypatch, [candidate("memory", effect=memory)], {"memory": refitted}, [], SimpleNamespace(linear="placed")
+    )
+    assert asked == ([refitted.fitted] if z == (-2.1, 1.9) else [])
+    assert made.place_or_time == ((found,) if added is None else ())
     assert (None if made.added is None else made.added.effect.name) == added
 
 

@@ -50,7 +50,7 @@ def test_fingers_of_a_place_are_counted_and_listed() -> None:
 def test_twenty_fingers_have_no_error_and_seeds_are_fresh() -> None:
     every = places.cases(places.FRESH, places.KINDS)
     plain = [each for each in every if each.kind == "none"]
-    assert {each.seed for each in every} == set(range(7300, 7310))
+    assert {each.seed for each in every} == set(range(7400, 7410))
     assert len(plain) == 20 and {each.rubber for each in plain} == {"soft", "stiff"}
     assert len(every) == 100 and len({each.key for each in every}) == 100
 
