@@ -38,14 +38,11 @@ def is_worse(record: Record) -> bool:
 
 
 def ratio(record: Record, results: Sequence[Record]) -> float | None:
-    """Rms of R after, over that of the same finger without the error, by the calibration without effects."""
+    """Rms of R after, over that of the same touches without the error, by the calibration without effects."""
     if record["kind"] == "none":
         return None
-    plain = [
-        each
-        for each in results
-        if each["kind"] == "none" and (each["rubber"], each["seed"]) == (record["rubber"], record["seed"])
-    ]
+    same = ("rubber", "order", "seed")
+    plain = [each for each in results if each["kind"] == "none" and all(each[key] == record[key] for key in same)]
     after, before = rms(record, "after_against_stated"), rms(plain[0], "before") if plain else None
     return None if after is None or before is None else after / before
 

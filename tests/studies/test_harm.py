@@ -47,12 +47,14 @@ def test_fingers_of_a_place_are_counted_and_listed() -> None:
     assert "Diagnoses that failed: 1." in text and "E: no" in text
 
 
-def test_twenty_fingers_have_no_error_and_seeds_are_fresh() -> None:
+def test_forty_fingers_have_no_error_and_seeds_are_fresh() -> None:
     every = places.cases(places.FRESH, places.KINDS)
     plain = [each for each in every if each.kind == "none"]
     assert {each.seed for each in every} == set(range(7400, 7410))
-    assert len(plain) == 20 and {each.rubber for each in plain} == {"soft", "stiff"}
-    assert len(every) == 100 and len({each.key for each in every}) == 100
+    assert len(plain) == 40 and {(each.rubber, each.order) for each in plain} == {
+        (rubber, order) for rubber in ("soft", "stiff") for order in ("scan", "random")
+    }
+    assert len(every) == 120 and len({each.key for each in every}) == 120
 
 
 def test_a_finger_without_an_error_is_the_same_but_for_it() -> None:
