@@ -14,7 +14,7 @@ DRIFT = BaselineDrift(())
 
 
 def effect(name: str) -> Any:
-    kinds = dict.fromkeys(("needs_samples", "random", "remembers"), False)
+    kinds = dict.fromkeys(("needs_samples", "random", "remembers", "follows_time"), False)
     return SimpleNamespace(name=name, parameters=(), looser=lambda m: None, **kinds)
 
 

@@ -103,6 +103,8 @@ class Recording:
         Readings after the stages applied so far; zero before the body stage.
     history : History or None
         Earlier touches.
+    curvature_per_mm : (n,) array or None
+        What is added to 1/R beside the radius r_c, 1/mm; None for nothing.
     """
 
     indenter_radius_mm: FloatArray
@@ -115,6 +117,7 @@ class Recording:
     reference_load: float
     signal: FloatArray
     history: History | None = None
+    curvature_per_mm: FloatArray | None = None
 
     @property
     def n_rows(self) -> int:

@@ -12,6 +12,7 @@ from bayestouch.diagnosis.rounds import Tried
 # Candidates are indistinguishable from the best if their held-out density is within this many standard errors of its.
 INDISTINGUISHABLE = 2.0
 # A cause is preferred to a random function of time if it explains this share of what that explains of the means.
+# A cause that changes with time is not: it can follow a part of what the function is.
 NEARLY = 0.9
 
 
@@ -29,7 +30,8 @@ def most_probable(real: list[Tried]) -> Tried:
     if not equal and best.effect.random:
         # If a cause explains nearly as much, take it first; the next round can add the random function. The comparison
         # uses touch means, because a random function also gains density by being uncertain.
-        most = max(plain, key=lambda each: each.of_means, default=best)
+        causes = (each for each in plain if not each.effect.follows_time)
+        most = max(causes, key=lambda each: each.of_means, default=best)
         return most if most.of_means > NEARLY * best.of_means else best
     return min(equal, key=schwarz_criterion) if equal else best
 

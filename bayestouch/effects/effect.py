@@ -181,10 +181,17 @@ class Effect:
     def by_place(self, recording: Recording) -> FloatArray | None:
         """Basis (n, q) if row i depends on the q values only through ``basis[i] @ values``; None for other effects.
 
-        The product is, for example, a smooth function of the location. The derivatives over all values then follow
-        from one derivative.
+        The product is, for example, a smooth function of the location. With `shifted` the derivatives over all values
+        follow from one derivative. `recording` has the touches before the effect.
         """
         return None
+
+    def shifted(self, recording: Recording, by: FloatArray) -> Recording:
+        """Touches after an effect with a basis, with the product of basis and values higher by `by` (n,).
+
+        `recording` has the touches after the effect.
+        """
+        raise NotImplementedError
 
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         """Simulated readings (n, m) with the effect: as `signal`; random parts are drawn with `rng`."""
@@ -199,6 +206,11 @@ class Effect:
         changes.
         """
         return STAGES.index(self.stage), self.random, self.needs_samples
+
+    @property
+    def follows_time(self) -> bool:
+        """Whether it can follow any slow course of time, and with it a part of what drifts change."""
+        return self.random
 
     @property
     def changes_pose(self) -> bool:
@@ -277,6 +289,39 @@ class Effect:
             )
             for each in self.parameters
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Shift(Effect):
+    """A given shift of the product of basis and values of another effect, at each touch.
+
+    Attributes
+    ----------
+    of : Effect
+        The effect, which has `Effect.by_place` and `Effect.shifted`. The shift acts directly after it.
+    by : (t,) array
+        The shift.
+    """
+
+    of: Effect
+    by: FloatArray
+    parameters: tuple[EffectParameter, ...] = ()
+
+    name: ClassVar[str] = "shift"
+    summary: ClassVar[str] = "a given shift of what another effect changes"
+    mixes: ClassVar[bool] = False
+
+    @property
+    def stage(self) -> Stage:  # type: ignore[override]
+        """The stage of the effect."""
+        return self.of.stage
+
+    @property
+    def changes_finger(self) -> bool:
+        return self.of.changes_finger
+
+    def pose(self, recording: Recording, values: Values) -> Recording:
+        return self.of.shifted(recording, self.by)
 
 
 #: How the names of the parameters of elements begin.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -16,10 +17,15 @@ from bayestouch.priors.parameters import Normal
 # Largest angle error of a prober, degree. On a finger of 12.7 mm the axis would be 1.1 mm beside, which is seen without
 # any measurement. Without this limit it can imitate all that makes peaks wider.
 LARGEST = 5.0
+# Number of half waves over the recording of an angle error, and of the zero of a force sensor. Rigs are clamped anew or
+# warm up; many half waves would follow what belongs to single touches.
+WAVES_OF_ANGLE, WAVES_OF_LOAD = 4, 8
+# Highest number of waves a turn of the angle error: of three jaws.
+WAVES_A_TURN = 3
 
 
-def once_around(angle_deg: FloatArray, values: Values, centre: tuple[float, ...]) -> FloatArray:
-    """a (sin θ - s) + b (cos θ - c) at angles θ, for values (a, b) and a centre (s, c)."""
+def once_around(angle_deg: FloatArray, values: Sequence[float | FloatArray], centre: tuple[float, ...]) -> FloatArray:
+    """a (sin θ - s) + b (cos θ - c) at angles θ (n,), for a and b, numbers or (n,), and a centre (s, c)."""
     turn = np.radians(angle_deg)
     return np.asarray(values[0] * (np.sin(turn) - centre[0]) + values[1] * (np.cos(turn) - centre[1]))
 
@@ -28,6 +34,22 @@ def centre_of_elements(setting: Setting, waves: int = 1) -> tuple[float, float]:
     """Means of sin kθ and cos kθ over the elements of a finger, with k waves a turn."""
     turn = waves * np.radians(setting.element_place[0])
     return float(np.sin(turn).mean()), float(np.cos(turn).mean())
+
+
+def half_waves(time_s: FloatArray, span_s: float, count: int) -> FloatArray:
+    """cos(π k t/T), k from 1 to `count`, at times t (n,) from 0 to T: (n, count). After T all stay as they are at T."""
+    passed = np.clip(time_s / span_s, 0.0, 1.0)
+    return np.asarray(np.cos(np.pi * np.outer(passed, np.arange(1, count + 1))))
+
+
+def in_half_waves(of: EffectParameter, count: int) -> tuple[EffectParameter, ...]:
+    """Parameters by which another one changes in half waves k over the recording; their sd is its over k."""
+    sd = of.normal_prior[1]
+    return tuple(
+        replace(of, name=f"{of.name}_wave_{k}", description=f"{of.description}, {what}", prior=Normal(0.0, sd / k))
+        for k in range(1, count + 1)
+        for what in [f"half wave {k} in time"]
+    )
 
 
 @dataclass(frozen=True)
@@ -41,14 +63,17 @@ class ProberEccentricity(Effect):
 
     In the looser form the error also depends on the tip. A tip of radius r_c that descends beside the centre touches at
     r_b/(r_b + r_c) times the angle of an edge, and a flat touches where it is commanded to. `edge`, `edge_sine` and
-    `edge_cosine` are such errors of an edge: the same everywhere, and with a period of one turn.
+    `edge_cosine` are such errors of an edge: the same everywhere, and with a period of one turn. The error also has two
+    and three waves a turn there, and a and b change with time, by half waves over the recording: a chuck has three
+    jaws, and a finger is clamped anew, or works loose.
 
     Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
     """
 
     parameters: tuple[EffectParameter, ...]
-    centre: tuple[float, float]
+    centres: tuple[tuple[float, float], ...]
     outer_mm: float = 0.0
+    span_s: float = 0.0
 
     name: ClassVar[str] = "prober_eccentricity"
     stage: ClassVar[Stage] = "rig"
@@ -65,23 +90,51 @@ class ProberEccentricity(Effect):
             )
             for name, what in (("sine", "sin"), ("cosine", "cos"))
         )
-        return cls(parameters, centre_of_elements(setting), setting.radii_mm[1])
+        centres = tuple(centre_of_elements(setting, k) for k in range(1, WAVES_A_TURN + 1))
+        return cls(parameters, centres, setting.radii_mm[1], setting.span_s)
+
+    @property
+    def follows_time(self) -> bool:
+        return len(self.parameters) > 2
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
-        if not self.outer_mm > 0:
+        if not (self.outer_mm > 0 and self.span_s > 0):
             return ()
-        sine = self.parameters[0]
-        return tuple(
-            replace(sine, name=name, description=f"angle error of an edge{what}")
+        both = self.parameters[:2]
+        of_edge = tuple(
+            replace(both[0], name=name, description=f"angle error of an edge{what}")
             for name, what in (("edge", ""), ("edge_sine", " per sin θ"), ("edge_cosine", " per cos θ"))
         )
+        around = tuple(
+            replace(each, name=f"{each.name}_{k}", description=each.description.replace("θ", f"{k}θ"))
+            for k in range(2, WAVES_A_TURN + 1)
+            for each in both
+        )
+        turned = replace(both[0], name="turn", description="angle error everywhere")
+        in_time = tuple(wave for each in (turned, *both) for wave in in_half_waves(each, WAVES_OF_ANGLE))
+        return (*of_edge, *around, *in_time)
 
     def pose(self, recording: Recording, values: Values) -> Recording:
-        error = once_around(recording.place[0], values[:2], self.centre)
-        if len(values) > 2:
-            beside = 1 - bluntness(recording.indenter_radius_mm, self.outer_mm)
-            error = error + beside * (values[2] + once_around(recording.place[0], values[3:], (0.0, 0.0)))
-        return replace(recording, place=(recording.place[0] + error, *recording.place[1:]))
+        return self.shifted(recording, self.by_place(recording) @ np.array(values))
+
+    def shifted(self, recording: Recording, by: FloatArray) -> Recording:
+        return replace(recording, place=(recording.place[0] + by, *recording.place[1:]))
+
+    def by_place(self, recording: Recording) -> FloatArray:
+        turn = np.radians(recording.place[0])
+        around = [
+            function(k * turn) - middle
+            for k, centre in enumerate(self.centres, start=1)
+            for function, middle in zip((np.sin, np.cos), centre, strict=True)
+        ]
+        once = np.stack(around[:2], axis=1)
+        if len(self.parameters) == 2:
+            return once
+        beside = 1 - bluntness(recording.indenter_radius_mm, self.outer_mm)
+        whole = np.stack([np.ones_like(turn), np.sin(turn), np.cos(turn)], axis=1)
+        waves = half_waves(recording.time_s, self.span_s, WAVES_OF_ANGLE)
+        in_time = (each[:, None] * waves for each in (np.ones_like(turn), *once.T))
+        return np.hstack([once, beside[:, None] * whole, np.stack(around[2:], axis=1), *in_time])
 
 
 @dataclass(frozen=True)
@@ -89,12 +142,15 @@ class LoadOffset(Effect):
     """The force sensor reads `offset` at zero load: P = reading - offset.
 
     The gains absorb the mean effect. What can be observed is that readings do not go to zero with the load as read, and
-    that contacts are slightly narrower or wider than the load as read implies.
+    that contacts are slightly narrower or wider than the load as read implies. In the looser form, which a finger has,
+    the offset changes with time by half waves over the recording: force sensors warm up, are knocked, and are set to
+    zero again.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on bias and sensitivity of instruments.
     """
 
     parameters: tuple[EffectParameter, ...]
+    span_s: float = 0.0
 
     name: ClassVar[str] = "load_offset"
     stage: ClassVar[Stage] = "rig"
@@ -107,10 +163,27 @@ class LoadOffset(Effect):
             return None
         size = 0.1 * setting.reference_load
         what = "added to every load reading"
-        return cls((EffectParameter("offset", setting.load_unit, what, Normal(0.0, size), (0.01 * size,), 0.0),))
+        offset = EffectParameter("offset", setting.load_unit, what, Normal(0.0, size), (0.01 * size,), 0.0)
+        return cls((offset,), setting.span_s if setting.finger else 0.0)
+
+    @property
+    def follows_time(self) -> bool:
+        return len(self.parameters) > 1
+
+    def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
+        return in_half_waves(self.parameters[0], WAVES_OF_LOAD) if self.span_s > 0 else ()
 
     def pose(self, recording: Recording, values: Values) -> Recording:
-        return replace(recording, load=recording.load - values[0])
+        return self.shifted(recording, self.by_place(recording) @ np.array(values))
+
+    def shifted(self, recording: Recording, by: FloatArray) -> Recording:
+        return replace(recording, load=recording.load - by)
+
+    def by_place(self, recording: Recording) -> FloatArray:
+        one = np.ones((len(recording.load), 1))
+        if len(self.parameters) == 1:
+            return one
+        return np.hstack([one, half_waves(recording.time_s, self.span_s, WAVES_OF_LOAD)])
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import ClassVar
 
@@ -71,6 +71,9 @@ class SurfaceProfile(Effect):
 
     def by_place(self, recording: Recording) -> FloatArray:
         return self.departures(recording.place[0])
+
+    def shifted(self, recording: Recording, by: FloatArray) -> Recording:
+        return replace(recording, curvature_per_mm=by)
 
     def departures(self, angle_deg: FloatArray) -> FloatArray:
         """Change (..., k) of the curvature per unit of each weight, at angles (...) in degree."""

@@ -137,13 +137,13 @@ def _of_degree(
     response = model.sign * np.exp(centre[at.response])
     noise = noise_sd / np.abs(response)
     compared, fitted = vectors[:COMPARED].copy(), vectors[COMPARED:]
-    at_levels = [fitted]
+    at_levels = [model]
     if levels is not None:
-        at_levels = levels.vectors(fitted)
+        at_levels = levels.models(model)
         away = np.random.default_rng(1).standard_normal((COMPARED, len(levels.centre)))
         compared[:, levels.places] = levels.centre + away * levels.sd
     signals, slopes = list[Polynomials](), list[Polynomials]()
-    for signal, slope in zip(*_exact_at(model, at_levels), strict=True):
+    for signal, slope in zip(*_exact_at(at_levels, fitted), strict=True):
         signals.append(Polynomials.of(nodes[COMPARED:], signal / response, degree, noise))
         slopes.append(Polynomials.of(nodes[COMPARED:], slope / response, SLOPE_DEGREE, noise / model.load[:, None]))
     local = LocalSignals(
@@ -162,12 +162,12 @@ def _of_degree(
     return replace(local, error=float(np.sqrt((off**2).sum(axis=(1, 2))).max()))
 
 
-def _exact_at(model: FingerModel, at_levels: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Exact signals and slopes of vectors (n, d) at each of l levels, (l, n, t, m) each.
+def _exact_at(at_levels: list[FingerModel], vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Exact signals and slopes by the model at each of l levels, for vectors (n, d), (l, n, t, m) each.
 
     For each vector all levels are evaluated in turn, since the chain keeps tables that they share.
     """
-    found = of_parts(lambda each: [exact_signal(model, vector) for vector in each], list(zip(*at_levels, strict=True)))
+    found = of_parts(lambda vector: [exact_signal(model, vector) for model in at_levels], list(vectors))
     signals, slopes = (np.array([[pair[i] for pair in each] for each in found]) for i in (0, 1))
     return np.swapaxes(signals, 0, 1), np.swapaxes(slopes, 0, 1)
 

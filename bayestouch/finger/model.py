@@ -176,8 +176,8 @@ class FingerModel(SensorModel):
             contact=self.contact,
         )
 
-    def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches after the effects on their pose, for loads as read or `load` (t,)."""
+    def poses(self, vector: FloatArray, load: FloatArray | None = None, *, before: Effect | None = None) -> Recording:
+        """See `SensorModel.poses`."""
         observed = self.observed
         outer = self.finger.outer_radius_mm
         if self.pose is None:
@@ -200,10 +200,20 @@ class FingerModel(SensorModel):
             signal=np.zeros((observed.n_touches, self.n_elements)),
             history=observed.history,
         )
-        if self.pose is None:
-            for effect, values in self.in_order(vector):
+        for effect, values in self.in_order(vector):
+            if effect is before:
+                break
+            # Where actual poses are given, effects of the pose have acted. A shift of what the finger is has not.
+            if self.pose is None or effect.changes_finger:
                 recording = effect.pose(recording, values)
         return recording
+
+    def _radius(self, recording: Recording) -> FloatArray:
+        """Composite radius R of each touch, (t,), mm."""
+        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        if recording.curvature_per_mm is None:
+            return radius
+        return np.asarray(radius / (1 + radius * recording.curvature_per_mm))
 
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches with the signal before the effects on the signal, for loads as read or `load` (t,)."""
@@ -215,7 +225,7 @@ class FingerModel(SensorModel):
         if series is not None:
             return replace(recording, signal=series.signals(vector))
         chain = self.chain(vector)
-        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        radius = self._radius(recording)
         return replace(recording, signal=chain.predict(radius, np.radians(recording.place[0]), recording.load))
 
     def _series(self, recording: Recording, vector: FloatArray) -> TouchSeries | None:
@@ -252,7 +262,7 @@ class FingerModel(SensorModel):
         if series is not None:
             return series.derivatives(vector[: self.n_base])
         chain = self.chain(vector)
-        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        radius = self._radius(recording)
         of_signal = calibration_jacobian(chain, radius, np.radians(recording.place[0]), recording.load)
         of_signal[0] *= chain.response
         return of_signal
@@ -291,8 +301,7 @@ class FingerModel(SensorModel):
     def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
         """Composite radius (mm), location (degree) and load (N/m) of the touches, all (t,)."""
         recording = self.poses(vector)
-        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
-        return radius, recording.place[0], recording.load
+        return self._radius(recording), recording.place[0], recording.load
 
     def possible_touches(self) -> PossibleTouches:
         """Possible touches that could distinguish two models, with the tips, locations and loads that were used."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
-from bayestouch.effects.effect import OWN, STAGES, Effect, Values
+from bayestouch.effects.effect import OWN, STAGES, Effect, Shift, Values
 from bayestouch.model.observations import Observations, UntimedTouches
 
 Rows = Observations | UntimedTouches
@@ -111,8 +111,8 @@ class SensorModel(ABC):
         return np.asarray(np.maximum(sensitivity, 1e-300) * acting * self.reference_load)
 
     @abstractmethod
-    def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches after the effects on their pose, for loads as read or `load` (t,)."""
+    def poses(self, vector: FloatArray, load: FloatArray | None = None, *, before: Effect | None = None) -> Recording:
+        """Touches after the effects on their pose, or those that act `before` one; for loads as read or `load` (t,)."""
 
     @abstractmethod
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
@@ -274,11 +274,11 @@ class SensorModel(ABC):
             ours = range(place, place + len(effect.parameters))
             changes_more = effect.changes_pose or effect.changes_finger
             from_here = at or self.predict if changes_more else partial(self._beginning, *begun[effect.name])
-            basis = effect.by_place(recording)
+            basis = self.basis_of(effect, vector) if at is None else None
             if basis is None:
                 out += self._of_effect(effect, vector, ours, from_here)
             else:
-                out += self._of_basis(vector, ours, basis, from_here)
+                out += self._of_basis(effect, vector, self.value_priors[place - self.n_base :, 1], basis)
             place = ours.stop
         return out
 
@@ -310,26 +310,31 @@ class SensorModel(ABC):
             together = {i: of_element(whole, e) for e, i in enumerate(own)}
         return [together[i] if i in together else self.of_value(vector, i, at) for i in places]
 
-    def _of_basis(self, vector: FloatArray, places: range, basis: FloatArray, at: PredictedAt) -> list[Predicted]:
+    def basis_of(self, effect: Effect, vector: FloatArray) -> FloatArray | None:
+        """`Effect.by_place` of an effect at the touches before it; None if it has none or cannot be shifted."""
+        if type(effect).shifted is Effect.shifted:
+            return None
+        return effect.by_place(self.poses(vector, before=effect))
+
+    def shifted(self, effect: Effect, by: FloatArray) -> Self:
+        """The model with a shift (t,) of the product of basis and values of an effect; its vector is the same."""
+        place = self.effects.index(effect) + 1
+        return self.with_effects((*self.effects[:place], Shift(effect, by), *self.effects[place:]))
+
+    def _of_basis(self, effect: Effect, vector: FloatArray, prior_sd: FloatArray, basis: FloatArray) -> list[Predicted]:
         """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`.
 
-        Only one derivative is computed: along a direction of the values that changes the product of basis and values
-        by about one at every touch. The derivatives over the single values follow from it.
+        Only one derivative is computed: over the product of basis and values. Those over the values follow from it.
         """
-        step = VALUE_STEP * float(self.value_priors[places.start - self.n_base, 1])
-        direction = np.zeros(len(vector))
-        direction[places.start : places.stop] = evenly(basis, np.ones(len(basis)))
-        together = difference(lambda sign: at(vector + sign * step * direction), step)
-        total = basis @ direction[places.start : places.stop]
-        shares = np.divide(basis.T, total, out=np.zeros_like(basis.T), where=total != 0)
-        rows = None if together.samples is None else self.observed.row_touch
-        return [
-            Predicted(
-                share[:, None] * together.touches,
-                None if together.samples is None else share[rows, None] * together.samples,
-            )
-            for share in shares
-        ]
+        step = VALUE_STEP * np.sqrt(basis**2 @ prior_sd[: basis.shape[1]] ** 2)
+        step = np.maximum(step, 1e-3 * step.max())
+        up, down = (self.shifted(effect, sign * step).predict(vector) for sign in (1, -1))
+        touches = (up.touches - down.touches) / (2 * step[:, None])
+        if up.samples is None or down.samples is None:
+            return [Predicted(share[:, None] * touches, None) for share in basis.T]
+        rows = self.observed.row_touch
+        samples = (up.samples - down.samples) / (2 * step[rows, None])
+        return [Predicted(share[:, None] * touches, share[rows, None] * samples) for share in basis.T]
 
     def by_load(self, vector: FloatArray) -> FloatArray:
         """Derivative of the mean readings of each touch over its load, (t, m)."""
@@ -344,11 +349,6 @@ class SensorModel(ABC):
     def with_effects(self, effects: tuple[Effect, ...]) -> Self:
         """The same sensor with other effects."""
         return replace(self, effects=effects)
-
-
-def evenly(basis: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Values (q,) of least norm whose product with a basis (t, q) is closest to `wanted` (t,) in least squares."""
-    return np.asarray(np.linalg.lstsq(basis, wanted, rcond=1e-6)[0], dtype=np.float64)
 
 
 def difference(at: Callable[[float], Predicted], step: float | FloatArray) -> Predicted:

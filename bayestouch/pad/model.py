@@ -20,6 +20,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.places import Places
 from bayestouch.chain.recording import Recording
+from bayestouch.effects.effect import Effect
 from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.observations import Observations
 from bayestouch.pad.correction_basis import PadCorrectionBasis
@@ -117,8 +118,8 @@ class PadModel(SensorModel):
         recording = self.poses(vector)
         return np.stack(recording.place, axis=1), recording.load
 
-    def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches after the effects on their pose, for loads as read or `load` (t,)."""
+    def poses(self, vector: FloatArray, load: FloatArray | None = None, *, before: Effect | None = None) -> Recording:
+        """See `SensorModel.poses`."""
         observed = self.observed
         assert isinstance(observed, Observations)
         recording = Recording(
@@ -134,6 +135,8 @@ class PadModel(SensorModel):
             history=observed.history,
         )
         for effect, values in self.in_order(vector):
+            if effect is before:
+                break
             recording = effect.pose(recording, values)
         return recording
 

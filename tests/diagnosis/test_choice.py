@@ -55,3 +55,6 @@ def test_a_cause_goes_before_a_random_function(of_means: float, cause: bool) -> 
     less = tried("less", of_means=20.0, **paired(*np.arange(9.0) / 10))
     assert choice.most_probable([drift, less, far]) is (far if cause else drift)
     assert choice.most_probable([drift]) is drift
+    # A cause that changes with time can follow what the function is.
+    far.effect.follows_time = True
+    assert choice.most_probable([drift, less, far]) is drift

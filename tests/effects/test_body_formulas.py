@@ -146,7 +146,8 @@ def test_a_tip_that_descends_beside_the_centre() -> None:
     assert plain is not None
     looser = plain.looser(M)
     assert looser is not None
-    assert [each.name for each in looser.parameters] == ["sine", "cosine", "edge", "edge_sine", "edge_cosine"]
+    assert [each.name for each in looser.parameters][2:5] == ["edge", "edge_sine", "edge_cosine"]
+    rest = (0.0,) * (len(looser.parameters) - 5)
     outer, turn = FINGER.radii_mm[1], np.radians([-40.0, 0.0, 25.0, 25.0])
     tip = np.array([0.0, 6.0, 6.0, np.inf])
     one = touched(np.degrees(turn), np.ones(4), tip)
@@ -154,13 +155,62 @@ def test_a_tip_that_descends_beside_the_centre() -> None:
     beside, around = 0.02, 0.01
     distance = outer * np.radians(beside + around * np.sin(turn))
     expected = np.where(np.isinf(tip), 0.0, np.degrees(np.arcsin(distance / (outer + np.where(tip < 99, tip, 0.0)))))
-    found = looser.pose(one, (0.0, 0.0, beside, around, 0.0)).place[0] - one.place[0]
+    found = looser.pose(one, (0.0, 0.0, beside, around, 0.0, *rest)).place[0] - one.place[0]
     np.testing.assert_allclose(found, expected, atol=1e-9)
     same = plain.pose(one, (0.3, -0.2)).place[0]
-    np.testing.assert_array_equal(looser.pose(one, (0.3, -0.2, 0.0, 0.0, 0.0)).place[0], same)
+    np.testing.assert_allclose(looser.pose(one, (0.3, -0.2, 0.0, 0.0, 0.0, *rest)).place[0], same, rtol=1e-14)
     # A finger whose radius is not known has no such form.
     unknown = effect_classes()["prober_eccentricity"].suited(replace(FINGER, radii_mm=(0.0, 0.0)))
     assert unknown is not None and unknown.looser(M) is None
+
+
+def test_a_prober_in_three_jaws_that_slips() -> None:
+    """θ + f(t) + (a + g(t)) (sin θ - s) + two and three waves a turn; f and g are half waves over an hour."""
+    plain = effect_classes()["prober_eccentricity"].suited(FINGER)
+    assert plain is not None
+    looser = plain.looser(M)
+    assert looser is not None and len(looser.parameters) == 5 + 4 + 12
+    values = dict.fromkeys((each.name for each in looser.parameters), 0.0)
+    values |= {
+        "sine": 0.8,
+        "sine_2": 0.3,
+        "cosine_3": -0.2,
+        "turn_wave_1": 0.4,
+        "turn_wave_4": 0.05,
+        "sine_wave_3": 0.1,
+    }
+    turn, time = np.radians([-40.0, 0.0, 25.0, 25.0, 70.0]), np.array([0.0, 900.0, 1800.0, 3600.0, 7200.0])
+    # After the end of the recording all stays as it is there.
+    passed = np.minimum(time / 3600.0, 1.0)
+    elements = np.radians(FINGER.element_place[0])
+    once = np.sin(turn) - np.sin(elements).mean()
+    wanted = (0.8 + 0.1 * np.cos(3 * np.pi * passed)) * once
+    wanted += 0.3 * (np.sin(2 * turn) - np.sin(2 * elements).mean()) - 0.2 * (
+        np.cos(3 * turn) - np.cos(3 * elements).mean()
+    )
+    wanted += 0.4 * np.cos(np.pi * passed) + 0.05 * np.cos(4 * np.pi * passed)
+    one = replace(touched(np.degrees(turn), np.ones(5), np.zeros(5)), time_s=time)
+    found = looser.pose(one, tuple(values.values())).place[0] - one.place[0]
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
+    # Half waves k have 1/k of the spread that the error everywhere has.
+    sd = {each.name: each.prior.quantile(np.array(0.841)) for each in looser.parameters}
+    assert sd["turn_wave_4"] == pytest.approx(sd["sine"] / 4, rel=1e-3)
+
+
+def test_a_force_sensor_whose_zero_changes() -> None:
+    """P = reading - offset - a sum of cosines of half waves over the hour; without times there is no such form."""
+    plain = effect_classes()["load_offset"].suited(FINGER)
+    assert plain is not None
+    looser = plain.looser(M)
+    assert looser is not None and len(looser.parameters) == 9
+    load, time = np.array([100.0, 150.0, 200.0]), np.array([0.0, 1200.0, 3600.0])
+    one = replace(touched(np.zeros(3), load, np.zeros(3)), time_s=time)
+    found = looser.pose(one, (7.0, 2.0, *(0.0,) * 6, -1.0)).load
+    wanted = load - 7.0 - 2.0 * np.cos(np.pi * time / 3600) + np.cos(8 * np.pi * time / 3600)
+    np.testing.assert_allclose(found, wanted, rtol=1e-13)
+    np.testing.assert_array_equal(plain.pose(one, (7.0,)).load, load - 7.0)
+    untimed = effect_classes()["load_offset"].suited(replace(FINGER, span_s=0.0))
+    assert untimed is not None and untimed.looser(M) is None
 
 
 def test_a_guide_with_friction_errs_with_two_waves_a_turn() -> None:

@@ -160,6 +160,37 @@ def test_an_effect_that_moves_the_touches() -> None:
 
 
 @pytest.mark.slow
+def test_a_prober_that_slips() -> None:
+    """The angle error changes with time, by half waves over the recording: twenty-one values, one number a touch."""
+    made = bayestouch.simulate(replace(DESIGN, samples_per_touch=2), effects={"prober_eccentricity": 0.3}, seed=5)
+    stated = StatedModel("finger", "layer", (("prober_eccentricity", {"turn_wave_1": 0.0}),))
+    fit = fit_stated(made.dataset, stated, draws=8, seed=0, contact="layer")
+    one = Case(fit, fit.evaluation.log_density(fit.fitted, fit.added, fit.correction))
+    known, points = one.fit.fitted.model.known, one.points()  # type: ignore[union-attr]
+    turn, passed = np.radians(known.means.angle_deg), known.touch_time_s / known.touch_time_s.max()
+    element, bluntness = np.radians(DESIGN.element_angles_deg), composite_radius(known.means.indenter_radius_mm, 12.7)
+    expected = []
+    for x in points:
+        values = {key.removeprefix("prober_eccentricity_"): each for key, each in one.density.to_parameters(x).items()}
+        error = (1 - bluntness / 12.7) * (
+            values["edge"] + values["edge_sine"] * np.sin(turn) + values["edge_cosine"] * np.cos(turn)
+        )
+        sizes = {"sine": values["sine"], "cosine": values["cosine"]}
+        for k in (1, 2, 3, 4):
+            wave = np.cos(k * np.pi * passed)
+            error = error + values[f"turn_wave_{k}"] * wave
+            sizes = {name: each + values[f"{name}_wave_{k}"] * wave for name, each in sizes.items()}
+        error = error + sizes["sine"] * (np.sin(turn) - np.sin(element).mean())
+        error = error + sizes["cosine"] * (np.cos(turn) - np.cos(element).mean())
+        for k in (2, 3):
+            error = error + values[f"sine_{k}"] * (np.sin(k * turn) - np.sin(k * element).mean())
+            error = error + values[f"cosine_{k}"] * (np.cos(k * turn) - np.cos(k * element).mean())
+        moved = _moved(one, np.degrees(turn) + error)
+        expected.append(written_out(moved, x, lambda clean, values: clean, own_noise))
+    agree(one, expected, points, LARGEST_ERROR)
+
+
+@pytest.mark.slow
 def test_a_surface_out_of_round() -> None:
     """1/R has a further part that goes with the place: signals between levels of it, each by polynomials."""
     one = case("surface_profile.weight_11", 0.02)

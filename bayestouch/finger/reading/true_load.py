@@ -99,7 +99,7 @@ def true_loads(
             indenter_radius_mm=np.full(len(load), np.nan),
             place=(angle_deg,),
             load=load,
-            time_s=np.zeros(len(load)),
+            time_s=np.full(len(load), np.inf),  # after the calibration
             held_s=np.zeros(len(load)),
             element_place=(np.asarray(model.finger.element_angles_deg),),
             peak=model.peak,
