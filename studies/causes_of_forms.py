@@ -1,0 +1,175 @@
+"""Are the probabilities of causes right on fresh fingers? 1,200 of them, with the forms of the five blind studies.
+
+Forms, unlisted causes and fingers are those of `studies/blind_study.py`, which were new to the code that they examined.
+The code of today was changed after it: the forms are known, the fingers (seeds 120000 and on) are not. Each finger has
+nothing, one effect, two or an unlisted cause, as often as in the third study; form, size, rubber and order are drawn.
+
+The probabilities allow for causes that imitate others (`bayestouch.diagnosis.imitations`). The shares for this were
+counted with earlier code. They are counted again on the first 200 fingers, and compared with what happens on the other
+1,000. That was written down before any finger was run. `_cause_rules` says which sets of causes are right.
+
+    python studies/causes_of_forms.py [-o RESULTS] [--processes 2] [--cases N]   runs what was not run yet
+    python studies/causes_of_forms.py [-o RESULTS] --tables                      runs nothing
+    python studies/causes_of_forms.py [-o RESULTS] --docs                        writes tables and diagram of the page
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
+
+from _cause_figure import save_diagram  # noqa: E402
+from _cause_rules import stated, tables  # noqa: E402
+from _error_rate_versions import code_version, the_version, version_of  # noqa: E402
+from _page import DOCS, markdown_table, put_into_page  # noqa: E402
+from _result_lines import appending, kept_lines  # noqa: E402
+from _shared_out import finished  # noqa: E402
+from blind_study import BLIND_STUDIES, CONDITIONS, EFFECTS, Case  # noqa: E402
+from imitations import ROWS, by_structure, counted  # noqa: E402
+from independent.blind_fingers import design, simulate  # noqa: E402
+from independent.dataset import write  # noqa: E402
+from independent.sizes import OutOfReach  # noqa: E402
+
+import bayestouch  # noqa: E402
+from bayestouch.diagnosis.causes import Causes, causes  # noqa: E402
+from bayestouch.diagnosis.imitations import Shares, allowing, best_effect  # noqa: E402
+from bayestouch.diagnosis.verdict import structure_left  # noqa: E402
+
+Record = dict[str, Any]
+FIRST_SEED, FINGERS, COUNTED = 120_000, 1_200, 200
+#: Share of the fingers of each kind, as in the third study.
+KINDS = {"none": 0.144, "one": 0.504, "pair": 0.192, "unlisted": 0.160}
+SIZES = {"one": (1.0, 2.0, 5.0), "pair": (2.0,), "unlisted": (2.0, 5.0)}
+# Sets of causes below this probability are not kept; their sum is far below the errors that are looked for.
+KEPT = 1e-3
+RESULTS = DOCS / "results" / "causes_of_forms" / "results.jsonl"
+DIAGRAM = DOCS / "figures" / "causes_of_forms.png"
+FIGURE = """
+```{figure} figures/causes_of_forms.png
+:alt: Share of fingers whose most probable statement of causes is right against its probability; below, their numbers
+
+How often the most probable statement of causes is right, on the fingers that were not counted.
+```
+"""
+
+
+def planned() -> list[Case]:
+    """All fingers, in the order of their seeds."""
+    registries = [study.registry for study in BLIND_STUDIES.values()]
+    listed = [form.key for each in registries for form in each.LISTED]
+    unlisted = [cause.key for each in registries for cause in each.UNLISTED]
+    out = []
+    for seed in range(FIRST_SEED, FIRST_SEED + FINGERS):
+        rng = np.random.default_rng(seed)
+        kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
+        count, forms = {"none": 0, "pair": 2}.get(kind, 1), unlisted if kind == "unlisted" else listed
+        keys = list[str]()
+        while len(keys) < count:
+            key = str(rng.choice(forms))
+            if EFFECTS[key].name not in {EFFECTS[each].name for each in keys}:
+                keys.append(key)
+        rubber, order = CONDITIONS[rng.integers(len(CONDITIONS))]
+        out.append(Case(kind, tuple((key, float(rng.choice(SIZES[kind]))) for key in keys), rubber, order, seed))
+    return out
+
+
+def run(version: str, case: Case) -> Record:
+    """Simulate and diagnose one finger; probabilities as if one of the fitted sets of causes were right."""
+    record: Record = {**asdict(case), "key": case.key, "truth": case.names, "version": version}
+    began = time.process_time()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "finger"
+        try:
+            wanted = [(EFFECTS[key], size) for key, size in case.effects]
+            write(simulate(design(case.design, case.rubber), case.order, wanted, case.seed), folder)
+        except OutOfReach as reason:
+            return {**record, "out_of_reach": str(reason)}
+        except Exception as error:  # a study of many runs counts failures, it does not stop at one
+            return {**record, "not_simulated": f"{type(error).__name__}: {error}".replace(str(folder), "")}
+        try:
+            found = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False, draws=64, seed=0)
+        except Exception as error:  # the same
+            return {**record, "error": f"{type(error).__name__}: {error}".replace(str(folder), "")}
+    fitted = [asdict(each) for each in causes(found.traced.rounds) if each.probability > KEPT]
+    said = {"verdict": found.verdict, "stated": stated(found.effects, found.verdict), "fitted": fitted}
+    return {**record, **said, "processor_s": time.process_time() - began}
+
+
+def with_shares(record: Record, of: dict[bool, Shares]) -> Record:
+    """The result with the probabilities of causes that allow for imitations, by whether structure is left."""
+    fitted = [Causes(tuple(each["names"]), each["probability"]) for each in record["fitted"]]
+    found = allowing(fitted, of[structure_left(record["verdict"])], best_effect(fitted))
+    return {**record, "causes": [asdict(each) for each in found]}
+
+
+def summary(results: Sequence[Record]) -> tuple[str, list[Record]]:
+    """Tables, and the fingers that were not counted with their probabilities."""
+    unable = {word: sum(word in each for each in results) for word in ("error", "out_of_reach", "not_simulated")}
+    done = [each for each in results if "fitted" in each]
+    first = [each for each in done if each["seed"] < FIRST_SEED + COUNTED]
+    rest = [each for each in done if each["seed"] >= FIRST_SEED + COUNTED]
+    text = (
+        f"Version of the code: `{the_version(list(results))}`. Diagnoses that failed: {unable['error']}; out of reach "
+    )
+    text += f"of the size: {unable['out_of_reach']}; not simulated: {unable['not_simulated']}.\n\n"
+    if not first or not rest:
+        return f"{text}{len(done)} fingers are done, which is too few for tables.\n", []
+    # `counted` asks for the probabilities only for the best effect, which the shares do not change
+    counts = counted([{**each, "causes": each["fitted"]} for each in first])
+    of = {row: each.share if each.named else 1.0 for row, each in counts.items()}
+    rows = [[words, str(counts[row]), f"{of[row]:.2f}"] for row, words in ROWS.items()]
+    text += f"Counted on {len(first)} fingers:\n\n{markdown_table(['causes', 'there', 'share'], rows)}\n"
+    allowed = [with_shares(each, by_structure(of)) for each in rest]
+    return f"{text}Probabilities with these shares, on the other {len(rest)} fingers:\n\n{tables(allowed)}", allowed
+
+
+def main(arguments: list[str] | None = None) -> list[Record]:
+    """Run what is not in the file of results yet, and print the tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("-o", "--results", type=Path, default=RESULTS, help="a line a finger")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--cases", type=int, metavar="N", help="end after N new cases")
+    parser.add_argument("--tables", action="store_true", help="run nothing: print the tables")
+    parser.add_argument("--docs", action="store_true", help="run nothing: write tables and diagram of the page")
+    given = parser.parse_args(arguments)
+    results = kept_lines(given.results)
+    if not (given.tables or given.docs):
+        version = code_version()
+        if other := {version_of(each) for each in results} - {version}:
+            parser.exit(2, f"{parser.prog}: {given.results} holds results of {other.pop()}, this is {version}\n")
+        done = {each["key"] for each in results}
+        left = [case for case in planned() if case.key not in done][: given.cases]
+        with appending(given.results) as append:
+            for _, record in tqdm(finished(run, version, left, processes=given.processes), total=len(left)):
+                results.append(record)
+                append(record)
+    if not results:
+        parser.exit(2, f"{parser.prog}: no results in {given.results}\n")
+    text, allowed = summary(results)
+    print(text)
+    if given.docs:
+        if not allowed:
+            parser.exit(2, f"{parser.prog}: too few results for the page\n")
+        put_into_page("causes_of_forms.py", text + FIGURE, DOCS / "diagnosis.md")
+        save_diagram(allowed, DIAGRAM)
+    return allowed
+
+
+if __name__ == "__main__":
+    main()
