@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -24,8 +23,8 @@ WAVES_OF_ANGLE, WAVES_OF_LOAD = 4, 8
 WAVES_A_TURN = 3
 
 
-def once_around(angle_deg: FloatArray, values: Sequence[float | FloatArray], centre: tuple[float, ...]) -> FloatArray:
-    """a (sin θ - s) + b (cos θ - c) at angles θ (n,), for a and b, numbers or (n,), and a centre (s, c)."""
+def once_around(angle_deg: FloatArray, values: Values, centre: tuple[float, ...]) -> FloatArray:
+    """a (sin θ - s) + b (cos θ - c) at angles θ, for values (a, b) and a centre (s, c)."""
     turn = np.radians(angle_deg)
     return np.asarray(values[0] * (np.sin(turn) - centre[0]) + values[1] * (np.cos(turn) - centre[1]))
 
@@ -64,8 +63,8 @@ class ProberEccentricity(Effect):
     In the looser form the error also depends on the tip. A tip of radius r_c that descends beside the centre touches at
     r_b/(r_b + r_c) times the angle of an edge, and a flat touches where it is commanded to. `edge`, `edge_sine` and
     `edge_cosine` are such errors of an edge: the same everywhere, and with a period of one turn. The error also has two
-    and three waves a turn there, and a and b change with time, by half waves over the recording: a chuck has three
-    jaws, and a finger is clamped anew, or works loose.
+    and three waves a turn, as a chuck has three jaws. And a finger is clamped anew, works loose, or slips: a, b, and an
+    error `turn` that is the same everywhere change with time, by half waves over the recording.
 
     Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
     """

@@ -48,7 +48,7 @@ class Levels:
         for effect in model.effects:
             places = place + np.arange(len(effect.parameters))
             place += len(places)
-            if (effect.changes_pose or effect.changes_finger) and (basis := model.basis_of(effect, centre)) is not None:
+            if (basis := model.basis_of(effect, centre)) is not None:
                 found.append((places, effect, basis))
         if not found:
             return None

@@ -39,6 +39,7 @@ NO_FOLDER = {
 #: Options in place of ``FOLDER --small``; without a folder they take the one after ``-o``.
 OTHER_OPTIONS = {
     "causes": ("-o", "{folder}/lines.jsonl", "--development", "--fingers", "3", "--cases", "2"),
+    "causes_of_forms": ("-o", "{folder}/lines.jsonl", "--cases", "2"),
     "effects_gallery": ("{folder}",),
     "golden": ("-o", "{folder}", "--only", "pad_three"),
     "places_and_times": ("-o", "{folder}/lines.jsonl", "--only", "time", "--cases", "1"),
