@@ -39,22 +39,22 @@ class Levels:
     nodes: FloatArray
 
     @classmethod
-    def of(cls, model: FingerModel, centre: FloatArray, sd: FloatArray, count: int) -> Levels | None:
-        """Levels about a vector (d,) with standard deviations (d,); None if no effect has a basis.
+    def all_of(cls, model: FingerModel, centre: FloatArray, sd: FloatArray, count: int) -> tuple[Levels, ...]:
+        """Levels about a vector (d,) with standard deviations (d,), of each effect with a basis; most values first.
 
-        Of several effects with a basis, they are of the one with the most values.
+        The first has `count` levels. The others have two: signals are linear in their numbers.
         """
-        found, place = list[tuple[IntArray, Effect, FloatArray]](), model.n_base
+        found, place = list[tuple[Effect, IntArray, FloatArray]](), model.n_base
         for effect in model.effects:
             places = place + np.arange(len(effect.parameters))
             place += len(places)
             if (basis := model.basis_of(effect, centre)) is not None:
-                found.append((places, effect, basis))
-        if not found:
-            return None
-        places, effect, basis = max(found, key=lambda each: len(each[0]))
-        nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        return cls(effect, places, basis, centre[places], sd[places], nodes)
+                found.append((effect, places, basis))
+        found.sort(key=lambda each: -len(each[1]))
+        return tuple(
+            cls(effect, places, basis, centre[places], sd[places], chebyshev_nodes(2 if number else count))
+            for number, (effect, places, basis) in enumerate(found)
+        )
 
     @property
     def reach(self) -> FloatArray:
@@ -77,3 +77,8 @@ class Levels:
             weight = np.prod((place[..., None] - others) / (self.nodes[i] - others), axis=-1)
             out += weight[..., None] * signals
         return out
+
+
+def chebyshev_nodes(count: int) -> FloatArray:
+    """Points (count,) between -1 and 1 at which an interpolation is good to nearly the best."""
+    return np.asarray(np.cos(np.pi * (np.arange(count) + 0.5) / count))

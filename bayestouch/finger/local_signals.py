@@ -6,12 +6,14 @@ effects. Values of single elements (`own_parameters`) are one variable, as the d
 own. Effects on the signal are not part of it; they are evaluated as they are. Values of an effect that act through a
 basis (`Effect.by_place`, such as the profile of the surface) are too many to be variables of the polynomials. Each
 touch depends on them through one number; the signals are interpolated in this number, between polynomials at a few
-levels.
+levels. If there are two such effects, the change by the one with fewer values, such as the zero of the force sensor, is
+linear in its number and does not depend on the other's.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import comb
 
 import numpy as np
 
@@ -26,6 +28,8 @@ from bayestouch.parallel.parts import of_parts
 REACH, SLOPE_DEGREE = 4.0, 2
 # Total degrees that are tried for the signals, and the largest error (about that of a log density) of the one used.
 DEGREES, LARGEST_ERROR = (3, 4, 5), 0.1
+# Largest number of terms: with two thousand, polynomials take as long to prepare as thousands of exact evaluations.
+MOST_TERMS = 2000
 # Relative step of the derivative over the load.
 STEP_LOAD = 1e-3
 
@@ -44,10 +48,11 @@ class LocalSignals:
         Range of the variables, for each element.
     degree : int
         Total degree of the signals.
-    signals, slopes : tuple of Polynomials
-        Signal over response, and its derivative over the load, at each of the levels.
-    levels : Levels or None
-        Levels of an effect with a basis; None without, and then there is one polynomial.
+    levels : tuple of Levels
+        Levels of each effect with a basis.
+    signals, slopes : tuple of tuples of Polynomials
+        Signal over response, and its derivative over the load, at each level of each of these effects. Without such an
+        effect there is one polynomial of each.
     error : float
         Largest root sum of squares of the errors of the signals over the noise, at points that were not fitted.
     """
@@ -57,9 +62,9 @@ class LocalSignals:
     centre: FloatArray
     half_width: FloatArray
     degree: int
-    signals: tuple[Polynomials, ...]
-    slopes: tuple[Polynomials, ...]
-    levels: Levels | None
+    levels: tuple[Levels, ...]
+    signals: tuple[tuple[Polynomials, ...], ...]
+    slopes: tuple[tuple[Polynomials, ...], ...]
     error: float
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -68,18 +73,26 @@ class LocalSignals:
         outside = (np.abs(place) > 1).any(axis=(0, 2))
         response = self.model.sign * np.exp(vectors[:, self.model.layout.response])
         terms = (monomials(place, self.degree) * response).transpose(2, 0, 1)
-        if self.levels is None:
-            signals, slopes = self.signals[0](terms), self.slopes[0](terms)
-        else:
-            along = self.levels.place(vectors)
-            outside = outside | (np.abs(along) > 1).any(axis=1)
-            signals, slopes = (
-                self.levels.between([each(terms) for each in polynomials], along)
-                for polynomials in (self.signals, self.slopes)
-            )
+        along = [each.place(vectors) for each in self.levels]
+        for number in along:
+            outside = outside | (np.abs(number) > 1).any(axis=1)
+        signals, slopes = (self._between(groups, terms, along) for groups in (self.signals, self.slopes))
         for i in np.flatnonzero(outside):
             signals[i], slopes[i] = exact_signal(self.model, vectors[i])
         return signals, slopes
+
+    def _between(
+        self, groups: tuple[tuple[Polynomials, ...], ...], terms: FloatArray, along: list[FloatArray]
+    ) -> FloatArray:
+        """Signals or slopes (n, t, m) between the levels of the first effect, with the changes by the others."""
+        if not self.levels:
+            return groups[0][0](terms)
+        out = list[FloatArray]()
+        for levels, group, place in zip(self.levels, groups, along, strict=True):
+            at_levels = [each(terms) for each in group]
+            here = levels.between(at_levels, place)
+            out.append(here - levels.between(at_levels, np.zeros_like(place)) if out else here)
+        return np.asarray(sum(out))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +125,8 @@ def local_signals(
     """
     for degree in DEGREES:
         found = _of_degree(model, centre, sd, noise_sd, degree)
+        if found is None:
+            break
         if found.error < LARGEST_ERROR:
             return found
     return ExactSignals(model)
@@ -119,15 +134,17 @@ def local_signals(
 
 def _of_degree(
     model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray, degree: int
-) -> LocalSignals:
-    """Polynomials of a total degree, see `local_signals`."""
+) -> LocalSignals | None:
+    """Polynomials of a total degree, see `local_signals`; None if they have too many terms."""
     at, d = model.layout, len(centre)
     _, _, lowest, highest = model.prior()
     low, high = np.maximum(centre - REACH * sd, lowest), np.minimum(centre + REACH * sd, highest)
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-12)
-    levels = Levels.of(model, centre, sd, degree)
+    levels = Levels.all_of(model, centre, sd, degree)
     moved = _moved(model, levels)
     variables = 4 + len(moved)
+    if comb(degree + variables, degree) > MOST_TERMS:
+        return None
     count = int(NODES * len(powers(degree, variables))) + COMPARED
     nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, variables)))
     vectors = np.repeat(centre[None, :d], count, axis=0)
@@ -137,24 +154,27 @@ def _of_degree(
     response = model.sign * np.exp(centre[at.response])
     noise = noise_sd / np.abs(response)
     compared, fitted = vectors[:COMPARED].copy(), vectors[COMPARED:]
-    at_levels = [model]
-    if levels is not None:
-        at_levels = levels.models(model)
-        away = np.random.default_rng(1).standard_normal((COMPARED, len(levels.centre)))
-        compared[:, levels.places] = levels.centre + away * levels.sd
-    signals, slopes = list[Polynomials](), list[Polynomials]()
-    for signal, slope in zip(*_exact_at(at_levels, fitted), strict=True):
-        signals.append(Polynomials.of(nodes[COMPARED:], signal / response, degree, noise))
-        slopes.append(Polynomials.of(nodes[COMPARED:], slope / response, SLOPE_DEGREE, noise / model.load[:, None]))
+    rng = np.random.default_rng(1)
+    for each in levels:
+        compared[:, each.places] = each.centre + rng.standard_normal((COMPARED, len(each.centre))) * each.sd
+    signals, slopes = list[tuple[Polynomials, ...]](), list[tuple[Polynomials, ...]]()
+    for at_levels in [each.models(model) for each in levels] or [[model]]:
+        by_signal, by_slope = _exact_at(at_levels, fitted) / response
+        signals.append(tuple(Polynomials.of(nodes[COMPARED:], each, degree, noise) for each in by_signal))
+        slopes.append(
+            tuple(
+                Polynomials.of(nodes[COMPARED:], each, SLOPE_DEGREE, noise / model.load[:, None]) for each in by_slope
+            )
+        )
     local = LocalSignals(
         model,
         moved,
         _variables(model, moved, middle),
         _variables(model, moved, half),
         degree,
+        levels,
         tuple(signals),
         tuple(slopes),
-        levels,
         0.0,
     )
     exact = np.stack([exact_signal(model, vector)[0] for vector in compared])
@@ -162,14 +182,13 @@ def _of_degree(
     return replace(local, error=float(np.sqrt((off**2).sum(axis=(1, 2))).max()))
 
 
-def _exact_at(at_levels: list[FingerModel], vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Exact signals and slopes by the model at each of l levels, for vectors (n, d), (l, n, t, m) each.
+def _exact_at(at_levels: list[FingerModel], vectors: FloatArray) -> FloatArray:
+    """Exact signals and slopes by the model at each of l levels, for vectors (n, d): (2, l, n, t, m).
 
     For each vector all levels are evaluated in turn, since the chain keeps tables that they share.
     """
     found = of_parts(lambda vector: [exact_signal(model, vector) for model in at_levels], list(vectors))
-    signals, slopes = (np.array([[pair[i] for pair in each] for each in found]) for i in (0, 1))
-    return np.swapaxes(signals, 0, 1), np.swapaxes(slopes, 0, 1)
+    return np.asarray(np.moveaxis(np.array(found), 0, 2).swapaxes(0, 1))
 
 
 def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -179,9 +198,10 @@ def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, Fl
     return here, (up - here) / step[:, None]
 
 
-def _moved(model: FingerModel, levels: Levels | None) -> tuple[IntArray, ...]:
+def _moved(model: FingerModel, levels: tuple[Levels, ...]) -> tuple[IntArray, ...]:
     """Positions of the values of effects that change the pose or the finger, without those of the levels."""
-    place, out, on_levels = model.n_base, list[IntArray](), () if levels is None else levels.places
+    place, out = model.n_base, list[IntArray]()
+    on_levels = {int(position) for each in levels for position in each.places}
     for effect in model.effects:
         if effect.changes_pose or effect.changes_finger:
             own = [i for i, each in enumerate(effect.parameters, place) if each.name.startswith(OWN)]

@@ -160,10 +160,15 @@ def test_an_effect_that_moves_the_touches() -> None:
 
 
 @pytest.mark.slow
-def test_a_prober_that_slips() -> None:
-    """The angle error changes with time, by half waves over the recording: twenty-one values, one number a touch."""
-    made = bayestouch.simulate(replace(DESIGN, samples_per_touch=2), effects={"prober_eccentricity": 0.3}, seed=5)
-    stated = StatedModel("finger", "layer", (("prober_eccentricity", {"turn_wave_1": 0.0}),))
+@pytest.mark.parametrize("zero", [(), (("load_offset", {"offset_wave_1": 0.0}),)])
+def test_a_prober_that_slips(zero: tuple[tuple[str, dict[str, float]], ...]) -> None:
+    """Angle errors change with time, by half waves over the recording: twenty-one values, one number a touch.
+
+    The zero of the force sensor may change, too: nine further values, and a second number.
+    """
+    effects = {"prober_eccentricity": 0.3, **{name: 5.0 for name, _ in zero}}
+    made = bayestouch.simulate(replace(DESIGN, samples_per_touch=2), effects=effects, seed=5)
+    stated = StatedModel("finger", "layer", (("prober_eccentricity", {"turn_wave_1": 0.0}), *zero))
     fit = fit_stated(made.dataset, stated, draws=8, seed=0, contact="layer")
     one = Case(fit, fit.evaluation.log_density(fit.fitted, fit.added, fit.correction))
     known, points = one.fit.fitted.model.known, one.points()  # type: ignore[union-attr]
@@ -185,7 +190,10 @@ def test_a_prober_that_slips() -> None:
         for k in (2, 3):
             error = error + values[f"sine_{k}"] * (np.sin(k * turn) - np.sin(k * element).mean())
             error = error + values[f"cosine_{k}"] * (np.cos(k * turn) - np.cos(k * element).mean())
-        moved = _moved(one, np.degrees(turn) + error)
+        offset = values.get("load_offset_offset", 0.0) + sum(
+            values[f"load_offset_offset_wave_{k}"] * np.cos(k * np.pi * passed) for k in range(1, 9) if zero
+        )
+        moved = _moved(one, np.degrees(turn) + error, known.means.load - offset)
         expected.append(written_out(moved, x, lambda clean, values: clean, own_noise))
     agree(one, expected, points, LARGEST_ERROR)
 
@@ -204,9 +212,10 @@ def test_a_surface_out_of_round() -> None:
     agree(one, expected, points, LARGEST_ERROR)
 
 
-def _moved(one: Case, angle_deg: FloatArray) -> Case:
+def _moved(one: Case, angle_deg: FloatArray, load: FloatArray | None = None) -> Case:
     model = one.fit.fitted.model
-    known = replace(model.known, means=replace(model.known.means, angle_deg=angle_deg))
+    acting = model.known.means.load if load is None else load
+    known = replace(model.known, means=replace(model.known.means, angle_deg=angle_deg, load=acting))
     return replace(one, fit=replace(one.fit, fitted=replace(one.fit.fitted, model=model.observing(known))))
 
 
