@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any
 
 from bayestouch.parallel.cluster import ClusterWork, on_cluster
+from bayestouch.parallel.processes import FOLLOWS, follow_parent
 
 
 def finished(
@@ -34,8 +35,9 @@ def finished(
     elif processes == 1:
         yield from ((number, work(shared, case)) for number, case in enumerate(cases))
     else:
-        # spawn: a fork of a process with threads can hang
-        with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
+        # spawn: a fork of a process with threads can hang. A worker ends with a study that is killed.
+        spawn = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(processes, spawn, follow_parent, (FOLLOWS,)) as pool:
             jobs = {pool.submit(partial(work, shared), case): number for number, case in enumerate(cases)}
             for job in as_completed(jobs):
                 yield jobs[job], job.result()
