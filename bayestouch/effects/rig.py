@@ -76,7 +76,7 @@ class ProberEccentricity(Effect):
 
     name: ClassVar[str] = "prober_eccentricity"
     stage: ClassVar[Stage] = "rig"
-    summary: ClassVar[str] = "angle error of the prober with a period of one turn"
+    summary: ClassVar[str] = "angle error of the prober, which comes back with each turn or changes with time"
     mixes: ClassVar[bool] = False
 
     @classmethod
