@@ -38,6 +38,14 @@ def test_every_form_is_drawn_and_no_effect_twice_in_a_finger() -> None:
     assert {(case.rubber, case.order) for case in PLANNED} == set(module.CONDITIONS)
 
 
+def test_a_cause_that_the_catalogue_describes_since_is_an_effect() -> None:
+    warm = next(case for case in PLANNED if case.names == ["warm_column"])
+    assert warm.kind == "unlisted"
+    assert module.known(warm) == {"kind": "one", "truth": ["prober_eccentricity"]}
+    pair = next(case for case in PLANNED if case.kind == "pair")
+    assert module.known(pair) == {"kind": "pair", "truth": pair.names}
+
+
 def result(seed: int, truth: list[str], verdict: str, stated: list[str], fitted: dict[str, float]) -> dict[str, Any]:
     sets = [{"names": key.split("+"), "probability": each} for key, each in fitted.items()]
     kind = {0: "none", 1: "one", 2: "pair"}[len(truth)]
