@@ -12,7 +12,7 @@ from bayestouch.diagnosis.rounds import Tried
 # Candidates are indistinguishable from the best if their held-out density is within this many standard errors of its.
 INDISTINGUISHABLE = 2.0
 # A cause is preferred to a random function of time if it explains this share of what that explains of the means.
-# A cause that changes with time is not: it can follow a part of what the function is.
+# A cause that changes with time is not, nor one that predicts as well: it can follow a part of what the function is.
 NEARLY = 0.9
 
 
@@ -25,13 +25,14 @@ def most_probable(real: list[Tried]) -> Tried:
     best = real[0]
     if best.noise is not None:
         return best
-    plain = [each for each in real if each.noise is None and not each.effect.random]
+    # Nor is an effect preferred to one that gains more, if it can follow time itself.
+    plain = [each for each in real if each.noise is None and (each is best or not each.effect.follows_time)]
+    plain = [each for each in plain if not each.effect.random]
     equal = [each for each in plain if each is best or as_good(each, best)]
     if not equal and best.effect.random:
         # If a cause explains nearly as much, take it first; the next round can add the random function. The comparison
         # uses touch means, because a random function also gains density by being uncertain.
-        causes = (each for each in plain if not each.effect.follows_time)
-        most = max(causes, key=lambda each: each.of_means, default=best)
+        most = max(plain, key=lambda each: each.of_means, default=best)
         return most if most.of_means > NEARLY * best.of_means else best
     return min(equal, key=schwarz_criterion) if equal else best
 

@@ -256,7 +256,7 @@ def one_round(
         held_out_in_place=in_place,
     )
     whole = replace(whole, probable=most_probable_alone(whole))
-    real = [each for each in tried if _is_real(each, trials, least, whole.probable)]
+    real = [each for each in tried if _is_real(each, trials, least, whole.probable) and not _is_drift(each, tried)]
     drifts = place_or_time(fitted, _held_out(each for each in real if each.effect.random), in_place)
     faced = (*drifts, *_imitating_place(fitted, [each for each in real if each.effect.remembers], in_place))
     real = [each for each in real if each.effect.name not in {one.drift for one in faced if not one.is_drift}]
@@ -352,6 +352,12 @@ def _is_real(tried: Tried, trials: int, least: float, probable: str | None) -> b
         return False
     # A random function of time must be distinct from what the model already contains.
     return not tried.effect.random or tried.seen > VISIBLE
+
+
+def _is_drift(one: Tried, tried: list[Tried]) -> bool:
+    """True if an effect that can follow time, but is no drift, predicts no better than a drift does."""
+    drifts = (each.gain for each in tried if each.effect.random and np.isfinite(each.gain))
+    return one.effect.follows_time and not one.effect.random and one.gain <= max(drifts, default=-np.inf)
 
 
 def is_near(tried: Tried) -> bool:

@@ -270,6 +270,23 @@ def test_an_effect_of_earlier_touches_faces_functions_of_place(
     assert (None if made.added is None else made.added.effect.name) == added
 
 
+@pytest.mark.parametrize(("gain", "added"), [(91.0, "b"), (89.0, "a")])
+def test_an_effect_that_changes_with_time_predicts_better_than_a_drift(
+    monkeypatch: pytest.MonkeyPatch, gain: float, added: str
+) -> None:
+    """The drift gains 90 but explains nothing of the means, so that it is not real; a third effect gains 60."""
+    following = effect("b")
+    following.follows_time = True
+    refitted = {
+        "a": priced("a", 9.0, gain=60.0, of_means=30.0),
+        "b": priced("b", 9.0, gain=gain, of_means=35.0, effect=following, difference=np.full(9, 9.0)),
+        "baseline_drift": priced("c", 9.0, gain=90.0, of_means=-5.0, effect=DRIFT, held_out={}),
+    }
+    scored = [candidate("a"), candidate("b", effect=following), candidate("baseline_drift", effect=DRIFT)]
+    found, _ = scored_round(monkeypatch, scored, refitted, [])
+    assert found.added is not None and found.added.effect.name == added
+
+
 def test_the_progress_says_what_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     """Scores, each refit by its name, functions of place; the second round of a third start after four other rounds."""
     told: list[tuple[str, float]] = []
