@@ -7,7 +7,11 @@ import multiprocessing
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
+from pathlib import Path
 from typing import Any
+
+from _result_lines import appending
+from tqdm import tqdm
 
 from bayestouch.parallel.cluster import ClusterWork, on_cluster
 from bayestouch.parallel.processes import FOLLOWS, follow_parent
@@ -41,6 +45,18 @@ def finished(
             jobs = {pool.submit(partial(work, shared), case): number for number, case in enumerate(cases)}
             for job in as_completed(jobs):
                 yield jobs[job], job.result()
+
+
+def finished_on_file(
+    path: Path, work: ClusterWork, shared: Any, cases: Sequence[Any], *, processes: int
+) -> list[dict[str, Any]]:
+    """What each case comes to, as `finished`; each is appended to a file at once, and a bar shows how many are done."""
+    out = []
+    with appending(path) as append:
+        for _, record in tqdm(finished(work, shared, cases, processes=processes), total=len(cases), disable=None):
+            out.append(record)
+            append(record)
+    return out
 
 
 def scheduler_of(arguments: list[str]) -> tuple[str | None, list[str]]:

@@ -73,8 +73,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from tqdm import tqdm
-
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
 from _blind_pairs import FOURTH_PAIRS, PAIRS, SECOND_PAIRS, THIRD_PAIRS  # noqa: E402
@@ -82,8 +80,8 @@ from _blind_run import COUNTING, FrozenError, diagnosed, frozen_commit, named, r
 from _blind_tables import NOT_RUN, tables  # noqa: E402
 from _error_rate_versions import code_version, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
-from _result_lines import appending, kept_lines  # noqa: E402
-from _shared_out import finished  # noqa: E402
+from _result_lines import kept_lines  # noqa: E402
+from _shared_out import finished_on_file  # noqa: E402
 from independent import blind_forms, dataset, fifth_forms, fourth_forms, second_forms, third_forms  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
 from independent.dataset import write  # noqa: E402
@@ -272,10 +270,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
             left = [each for each in planned if each.key not in done and not (given.again and each.design != "small")]
             left = [each for each in left if any(given.form in key for key, _ in each.effects) or not given.form]
             left = left[: given.cases]
-            with appending(folder / "results.jsonl") as append:
-                for _, record in tqdm(finished(run, commit, left, processes=given.processes), total=len(left)):
-                    results.append(record)
-                    append(record)
+            results += finished_on_file(folder / "results.jsonl", run, commit, left, processes=given.processes)
         if given.docs and results:
             if any(each["commit"] == "development" for each in results):
                 raise FrozenError("results of development are not for the page")

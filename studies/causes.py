@@ -33,16 +33,14 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
 from _cause_figure import save_diagram  # noqa: E402
 from _cause_rules import stated, tables  # noqa: E402
 from _error_rate_versions import code_version, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
-from _result_lines import appending, kept_lines  # noqa: E402
-from _shared_out import finished  # noqa: E402
+from _result_lines import kept_lines  # noqa: E402
+from _shared_out import finished_on_file  # noqa: E402
 from error_rates import DESIGNS, Case, cases  # noqa: E402
 from independent.dataset import EFFECTS, simulate, write  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
@@ -162,12 +160,7 @@ def main(arguments: list[str] | None = None) -> list[Record]:
         done = {each["key"] for each in results if version_of(each) == version}
         every = planned(0 if given.development else given.first, given.fingers)
         left = [case for case in every if case.key not in done][: given.cases]
-        with appending(given.results) as append:
-            for _, record in tqdm(
-                finished(run, version, left, processes=given.processes), total=len(left), disable=None
-            ):
-                results.append(record)
-                append(record)
+        results += finished_on_file(given.results, run, version, left, processes=given.processes)
     for path in given.others:
         if not path.exists():
             parser.exit(2, f"{parser.prog}: no file {path}\n")

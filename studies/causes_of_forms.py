@@ -32,7 +32,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
@@ -40,8 +39,8 @@ from _cause_figure import save_diagram  # noqa: E402
 from _cause_rules import stated, tables  # noqa: E402
 from _error_rate_versions import code_version, the_version, version_of  # noqa: E402
 from _page import DOCS, markdown_table, put_into_page  # noqa: E402
-from _result_lines import appending, kept_lines  # noqa: E402
-from _shared_out import finished  # noqa: E402
+from _result_lines import kept_lines  # noqa: E402
+from _shared_out import finished_on_file  # noqa: E402
 from blind_study import BLIND_STUDIES, CONDITIONS, EFFECTS, Case  # noqa: E402
 from imitations import ROWS, by_structure, counted  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
@@ -165,10 +164,7 @@ def main(arguments: list[str] | None = None) -> list[Record]:
             parser.exit(2, f"{parser.prog}: {given.results} holds results of {other.pop()}, this is {version}\n")
         done = {each["key"] for each in results}
         left = [case for case in planned() if case.key not in done][: given.cases]
-        with appending(given.results) as append:
-            for _, record in tqdm(finished(run, version, left, processes=given.processes), total=len(left)):
-                results.append(record)
-                append(record)
+        results += finished_on_file(given.results, run, version, left, processes=given.processes)
     if not results:
         parser.exit(2, f"{parser.prog}: no results in {given.results}\n")
     text, allowed = summary(results)

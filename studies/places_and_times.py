@@ -33,8 +33,8 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tes
 from _error_rate_versions import code_version, newest, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
 from _place_time_tables import KINDS, ORDERS, tables  # noqa: E402
-from _result_lines import appending, kept_lines  # noqa: E402
-from _shared_out import finished  # noqa: E402
+from _result_lines import kept_lines  # noqa: E402
+from _shared_out import finished_on_file  # noqa: E402
 from nicolson_fearing.paper_design import SHEAR_MODULUS, paper_design, with_map_errors  # noqa: E402
 
 import bayestouch  # noqa: E402
@@ -208,10 +208,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
         seeds, kinds = DEVELOPMENT if given.development else FRESH, (given.only,) if given.only else KINDS
         done = {each["key"] for each in results if version_of(each) == version}
         left = [each for each in cases(seeds, kinds) if each.key not in done][: given.cases]
-        with appending(given.results) as append:
-            for _, record in finished(run, version, left, processes=given.processes):
-                results.append(record)
-                append(record)
+        results += finished_on_file(given.results, run, version, left, processes=given.processes)
     latest = newest(results)
     if not latest:
         parser.exit(2, f"{parser.prog}: {given.results} has no results\n")

@@ -25,9 +25,9 @@ def most_probable(real: list[Tried]) -> Tried:
     best = real[0]
     if best.noise is not None:
         return best
-    # Nor is an effect preferred to one that gains more, if it can follow time itself.
-    plain = [each for each in real if each.noise is None and (each is best or not each.effect.follows_time)]
-    plain = [each for each in plain if not each.effect.random]
+    # An effect that can follow time is not preferred to one that gains more.
+    causes = [each for each in real if each.noise is None and not each.effect.random]
+    plain = [each for each in causes if each is best or not each.effect.follows_time]
     equal = [each for each in plain if each is best or as_good(each, best)]
     if not equal and best.effect.random:
         # If a cause explains nearly as much, take it first; the next round can add the random function. The comparison

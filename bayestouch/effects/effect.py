@@ -312,7 +312,7 @@ class Shift(Effect):
     mixes: ClassVar[bool] = False
 
     @property
-    def stage(self) -> Stage:  # type: ignore[override]
+    def stage(self) -> Stage:  # type: ignore[override]  # that of the other effect, not one of the class
         """The stage of the effect."""
         return self.of.stage
 

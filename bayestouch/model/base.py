@@ -328,13 +328,15 @@ class SensorModel(ABC):
         """
         step = VALUE_STEP * np.sqrt(basis**2 @ prior_sd[: basis.shape[1]] ** 2)
         step = np.maximum(step, 1e-3 * step.max())
-        up, down = (self.shifted(effect, sign * step).predict(vector) for sign in (1, -1))
-        touches = (up.touches - down.touches) / (2 * step[:, None])
-        if up.samples is None or down.samples is None:
-            return [Predicted(share[:, None] * touches, None) for share in basis.T]
-        rows = self.observed.row_touch
-        samples = (up.samples - down.samples) / (2 * step[rows, None])
-        return [Predicted(share[:, None] * touches, share[rows, None] * samples) for share in basis.T]
+        together = difference(lambda sign: self.shifted(effect, sign * step).predict(vector), 1.0)
+        rows = None if together.samples is None else self.observed.row_touch
+        return [
+            Predicted(
+                share[:, None] * together.touches,
+                None if together.samples is None else share[rows, None] * together.samples,
+            )
+            for share in basis.T / step
+        ]
 
     def by_load(self, vector: FloatArray) -> FloatArray:
         """Derivative of the mean readings of each touch over its load, (t, m)."""
