@@ -14,7 +14,7 @@ from _result_lines import appending
 from tqdm import tqdm
 
 from bayestouch.parallel.cluster import ClusterWork, on_cluster
-from bayestouch.parallel.processes import FOLLOWS, follow_parent
+from bayestouch.parallel.processes import follow_parent
 
 
 def finished(
@@ -39,9 +39,10 @@ def finished(
     elif processes == 1:
         yield from ((number, work(shared, case)) for number, case in enumerate(cases))
     else:
-        # spawn: a fork of a process with threads can hang. A worker ends with a study that is killed.
+        # spawn: a fork of a process with threads can hang. A worker ends with a study that is killed; the name of the
+        # thread that sees to it keeps it from dividing its case among all cores, which the other workers use.
         spawn = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(processes, spawn, follow_parent, (FOLLOWS,)) as pool:
+        with ProcessPoolExecutor(processes, spawn, follow_parent, ("bayestouch-case",)) as pool:
             jobs = {pool.submit(partial(work, shared), case): number for number, case in enumerate(cases)}
             for job in as_completed(jobs):
                 yield jobs[job], job.result()

@@ -13,10 +13,10 @@ from bayestouch.sampling import BlockDraws
 
 # On a ridge the normal approximation in the new coordinates is worse.
 ON_RIDGES = Budget(THIN, enough=0.5)
-# With drifts or a correction an evaluation takes milliseconds: one more round of refinement saves more time than it
-# takes. With a correction whose columns have more than MANY numbers it takes longer: 15 ms for 16 elements and 468
-# touches.
-TIED, DEAREST, MANY = Budget((4, 16), enough=0.5), Budget((2, 4), 2, 0.5), 1_000_000
+# With drifts or a correction an evaluation takes milliseconds, and a round of refinement some hundred evaluations. From
+# log ratios with an sd of 0.8 a further round saves fewer evaluations than it takes. With a correction whose columns
+# have more than MANY numbers an evaluation takes longer: 15 ms for 16 elements and 468 touches.
+TIED, DEAREST, MANY = Budget((4, 16), enough=0.8), Budget((2, 4), 2, 0.5), 1_000_000
 
 
 def sample_effects(
