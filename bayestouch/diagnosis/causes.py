@@ -34,8 +34,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import softmax
 
-from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.diagnosis.place_or_time import IN_PLACE, Densities, blocks_of
+from bayestouch.array_types import FloatArray
+from bayestouch.diagnosis.place_or_time import IN_PLACE, Densities, blocks_of, sums_of_blocks
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 
 #: Name of the cause if only drifts that were not added explain the readings; and name of the model without a cause.
@@ -123,12 +123,6 @@ def weights(gains: Sequence[FloatArray], log_prior: FloatArray, draws: int = DRA
         share = rng.dirichlet(np.ones(each.shape[1]), draws)
         total += each.shape[1] * share @ each.T / len(gains)
     return np.asarray(softmax(total + log_prior, axis=1).mean(axis=0))
-
-
-def sums_of_blocks(gains: Iterable[FloatArray], block: IntArray) -> FloatArray:
-    """Sums of the gains of touches, each (t,), over the touches of each block, (k, b)."""
-    inside = np.unique(block, return_inverse=True)[1]
-    return np.array([np.bincount(inside, weights=each) for each in gains])
 
 
 def compared_models(rounds: Sequence[SearchRound]) -> tuple[Compared, ...]:

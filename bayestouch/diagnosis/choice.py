@@ -12,7 +12,7 @@ from bayestouch.diagnosis.rounds import Tried
 # Candidates are indistinguishable from the best if their held-out density is within this many standard errors of its.
 INDISTINGUISHABLE = 2.0
 # A cause is preferred to a random function of time if it explains this share of what that explains of the means.
-# A cause that changes with time is not, nor one that predicts as well: it can follow a part of what the function is.
+# A cause that changes with time is not, even if it predicts as well: it can follow a part of what the function is.
 NEARLY = 0.9
 
 
@@ -26,15 +26,16 @@ def most_probable(real: list[Tried]) -> Tried:
     if best.noise is not None:
         return best
     # An effect that can follow time is not preferred to one that gains more.
-    causes = [each for each in real if each.noise is None and not each.effect.random]
-    plain = [each for each in causes if each is best or not each.effect.follows_time]
-    equal = [each for each in plain if each is best or as_good(each, best)]
-    if not equal and best.effect.random:
-        # If a cause explains nearly as much, take it first; the next round can add the random function. The comparison
-        # uses touch means, because a random function also gains density by being uncertain.
-        most = max(plain, key=lambda each: each.of_means, default=best)
-        return most if most.of_means > NEARLY * best.of_means else best
-    return min(equal, key=schwarz_criterion) if equal else best
+    others = [each for each in real[1:] if each.noise is None and not each.effect.follows_time]
+    equal = [each for each in others if as_good(each, best)]
+    if not best.effect.random:
+        return min([best, *equal], key=schwarz_criterion)
+    if equal:
+        return min(equal, key=schwarz_criterion)
+    # If a cause explains nearly as much, take it first; the next round can add the random function. The comparison uses
+    # touch means, because a random function also gains density by being uncertain.
+    most = max(others, key=lambda each: each.of_means, default=best)
+    return most if most.of_means > NEARLY * best.of_means else best
 
 
 def as_good(other: Tried, best: Tried) -> bool:
@@ -53,7 +54,7 @@ def schwarz_criterion(tried: Tried) -> float:
 
 
 def indistinguishable_from(added: Tried, tried: Sequence[Tried]) -> tuple[str, ...]:
-    """Names of refitted candidates that predict held-out touches as well, within the error of the difference."""
+    """Names of refitted candidates that predict left-out touches as well or better, within the error."""
     out = []
     for each in tried:
         if each.effect.name == added.effect.name or each.noise is not None or added.noise is not None:

@@ -17,7 +17,7 @@ from bayestouch.model.fitting import SETTLED, Fitted
 from bayestouch.model.joining import fit_with
 from bayestouch.model.linear import Linearised
 from bayestouch.model.noise_search import NoiseCandidate
-from bayestouch.model.predictive import held_out_density
+from bayestouch.model.predictive import gained, held_out_density
 from bayestouch.parallel.cluster import in_order
 
 # The fit of a candidate stops when a step gains less than this share of what there is to explain. The fit of the chosen
@@ -62,11 +62,6 @@ def gained_in_place(
     return *paired(gained(after - before)), held_out_each_way(fitted, correction.linear, after)
 
 
-def gained(difference: FloatArray) -> FloatArray:
-    """Gain of log density of each touch, (t,), from a difference of densities (t, 3)."""
-    return np.asarray(difference[:, :2].sum(axis=1))
-
-
 def paired(difference: FloatArray) -> tuple[float, float]:
     """Sum of differences over touches, and its standard error."""
     n = len(difference)
@@ -97,21 +92,20 @@ def refit_all(
     fitted: Fitted,
     candidates: Sequence[Candidate],
     before: FloatArray,
-    errors: float,
     least: float,
     scheduler: str | None,
     progress: Callable[[int], None] = lambda number: None,
 ) -> list[Tried]:
     """Result of `refit` for each candidate, from the cluster at `scheduler` if given; reports how many are done."""
-    return in_order(scheduler, _refit_one, (fitted, before, errors, least), candidates, progress)
+    return in_order(scheduler, _refit_one, (fitted, before, least), candidates, progress)
 
 
-def _refit_one(shared: tuple[Fitted, FloatArray, float, float], candidate: Candidate) -> Tried:
-    fitted, before, errors, least = shared
-    return refit(fitted, candidate, before, errors, least)
+def _refit_one(shared: tuple[Fitted, FloatArray, float], candidate: Candidate) -> Tried:
+    fitted, before, least = shared
+    return refit(fitted, candidate, before, least)
 
 
-def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: float, least: float) -> Tried:
+def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, least: float) -> Tried:
     """Result of a model with a candidate added and fitted again, with the same whitening so that densities compare.
 
     Parameters
@@ -122,8 +116,8 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         The candidate to add.
     before : (t, 3) array
         Density of the model without the candidate.
-    errors, least : float
-        Limits of the gain within touches, in standard errors and absolute, above which the effect is visible by itself.
+    least : float
+        Gain within touches above which the effect is visible by itself, if it is also above `ERRORS` standard errors.
     """
     effect = candidate.effect
     enough = max(SETTLED, ROUGHLY * fitted.excess)
@@ -142,7 +136,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         gain_se=error,
         clear=is_clear(gained(difference)),
         of_means=float(difference[:, 2].sum()),
-        by_itself=within > max(errors * within_se, least),
+        by_itself=within > max(ERRORS * within_se, least),
         fitted=new,
         difference=gained(difference),
         signature=candidate.signature,

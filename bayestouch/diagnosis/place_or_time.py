@@ -11,7 +11,7 @@ better also beside them. Where they do not, it stays: unlike a drift it follows 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.joining import fit_without
 from bayestouch.model.linear import Linearised
-from bayestouch.model.predictive import held_out_density
+from bayestouch.model.predictive import gained, held_out_density
 
 #: Name of functions of place in results, next to the names of effects.
 IN_PLACE = "something in place"
@@ -132,7 +132,7 @@ def blocks_of(fitted: Fitted) -> dict[str, IntArray]:
 
 def densities_of_held_out(model: Linearised, blocks: Mapping[str, IntArray]) -> Densities:
     """Log density of each touch held out with its block, (t,), by what is held out."""
-    return {kind: held_out_density(model, block % FOLDS)[:, :2].sum(axis=1) for kind, block in blocks.items()}
+    return {kind: gained(held_out_density(model, block % FOLDS)) for kind, block in blocks.items()}
 
 
 def differences(one: Densities, other: Densities, blocks: Mapping[str, IntArray]) -> dict[str, Difference]:
@@ -140,7 +140,13 @@ def differences(one: Densities, other: Densities, blocks: Mapping[str, IntArray]
     return {kind: over_blocks(one[kind] - other[kind], block) for kind, block in blocks.items()}
 
 
+def sums_of_blocks(gains: Iterable[FloatArray], block: IntArray) -> FloatArray:
+    """Sums of the gains of touches, each (t,), over the touches of each block, (k, b)."""
+    inside = np.unique(block, return_inverse=True)[1]
+    return np.array([np.bincount(inside, weights=each) for each in gains])
+
+
 def over_blocks(difference: FloatArray, block: IntArray) -> Difference:
     """Sum over touches (t,) and its standard error over blocks: touches of a block are not independent."""
-    sums = np.bincount(block, weights=difference)[np.unique(block)]
+    (sums,) = sums_of_blocks([difference], block)
     return float(sums.sum()), float(np.sqrt(len(sums)) * sums.std(ddof=1)) if len(sums) > 1 else float("inf")

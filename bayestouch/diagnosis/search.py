@@ -13,7 +13,6 @@ from bayestouch.diagnosis.comparison import (
     ERRORS,
     density,
     density_of_readings,
-    gained,
     gained_in_place,
     held_out_each_way,
     is_clear,
@@ -34,11 +33,12 @@ from bayestouch.model.noise_fit import with_noise
 from bayestouch.model.noise_posterior import settled_noise
 from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
+from bayestouch.model.predictive import gained
 from bayestouch.model.significance import at_least_one
 from bayestouch.output.progress import Progress, staged, tell
 
-# Fractions of a round's time at the end of scoring and of refitting; the correction and looser forms follow.
-SCORED, REFITTED = 0.25, 0.8
+# Fractions of a round's time at the end of scoring, of refitting and of the correction; looser forms follow.
+SCORED, REFITTED, CORRECTED = 0.25, 0.8, 0.85
 # Number of candidates that are refitted in a round, besides random functions of time; largest number of rounds that
 # add an effect.
 LEADING, MOST_EFFECTS = 5, 4
@@ -82,7 +82,9 @@ def search(
         undecided = map(_with_rivals, with_undecided_drift(found[-1]))
         starts = [*((found[:-1], each) for each in undecided), *(((), each) for each in _other_firsts(rounds[0]))]
         for number, (kept, begun) in enumerate(starts, start=2):
-            again = (*kept, *_greedy(begun, effects, progress, scheduler, done, f"start {number}", len(kept)))
+            dropped = {name for each in kept for name in each.dropped}
+            left = tuple(each for each in effects if each.name not in dropped)
+            again = (*kept, *_greedy(begun, left, progress, scheduler, done, f"start {number}", len(kept)))
             done += len(again)
             drift = begun.added is None or still_drift(begun.added.effect, again[-1].before)
             if drift and _count_retained(again) == len(again) - 1 and _within_noise(again):
@@ -97,10 +99,12 @@ def _other_firsts(first: SearchRound) -> list[SearchRound]:
 
 
 def _with_rivals(begun: SearchRound) -> SearchRound:
-    """A round with the candidates that cannot be distinguished from the effect that it adds."""
+    """A round with the candidates that cannot be distinguished from the effect that it adds, and their fits."""
     assert begun.added is not None
     rivals = indistinguishable_from(begun.added, begun.tried)
-    return replace(begun, added=replace(begun.added, indistinguishable=rivals))
+    fits = {each.effect.name: each.fitted for each in begun.real}
+    tried = (replace(each, fitted=fits.get(each.effect.name, each.fitted)) for each in begun.tried)
+    return replace(begun, tried=tuple(tried), added=replace(begun.added, indistinguishable=rivals))
 
 
 def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
@@ -231,10 +235,9 @@ def one_round(
         tell(progress, SCORED + part * number, stages[number])
 
     refitting(0)
-    again = refit_all(fitted, leading, before, ERRORS, least, scheduler, refitting)
+    again = refit_all(fitted, leading, before, least, scheduler, refitting)
     refitted = {each.effect.name: each for each in again}
     correction = fit_correction(fitted)
-    progress(1.0)
     correction_gain, correction_se, in_place = gained_in_place(fitted, correction, before)
     possible = max(correction_gain, fitted.excess, least)
     tried = []
@@ -243,7 +246,9 @@ def one_round(
         scored_gain = float("nan") if _passes(c.z, trials) else c.gain - float(np.log(c.trials))
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
+    tell(progress, CORRECTED, "looser forms")
     tried = _with_looser(_best_first(tried), fitted, before, least, possible, scheduler)
+    progress(1.0)
     whole = SearchRound(
         fitted,
         tuple(tried),
@@ -256,7 +261,7 @@ def one_round(
         held_out_in_place=in_place,
     )
     whole = replace(whole, probable=most_probable_alone(whole))
-    real = [each for each in tried if _is_real(each, trials, least, whole.probable) and not _is_drift(each, tried)]
+    real = [each for each in tried if _is_real(each, trials, least, whole.probable) and not _as_a_drift(each, tried)]
     drifts = place_or_time(fitted, _held_out(each for each in real if each.effect.random), in_place)
     faced = (*drifts, *_imitating_place(fitted, [each for each in real if each.effect.remembers], in_place))
     real = [each for each in real if each.effect.name not in {one.drift for one in faced if not one.is_drift}]
@@ -312,7 +317,7 @@ def _with_looser(
     plain = [each for each in refitted if each.gain > least and each.share >= SHARE]
     forms = [(each, _in_looser_form(each, fitted.model.n_elements)) for each in plain if not _is_small(each.fitted)]
     pairs = [(each, candidate) for each, candidate in forms if candidate is not None]
-    refits = refit_all(fitted, [candidate for _, candidate in pairs], before, ERRORS, least, scheduler)
+    refits = refit_all(fitted, [candidate for _, candidate in pairs], before, least, scheduler)
     better: dict[str, Tried] = {}
     for (each, candidate), again in zip(pairs, refits, strict=True):
         plain_gain, gain = each.difference, again.difference
@@ -354,7 +359,7 @@ def _is_real(tried: Tried, trials: int, least: float, probable: str | None) -> b
     return not tried.effect.random or tried.seen > VISIBLE
 
 
-def _is_drift(one: Tried, tried: list[Tried]) -> bool:
+def _as_a_drift(one: Tried, tried: list[Tried]) -> bool:
     """True if an effect that can follow time, but is no drift, predicts no better than a drift does."""
     drifts = (each.gain for each in tried if each.effect.random and np.isfinite(each.gain))
     return one.effect.follows_time and not one.effect.random and one.gain <= max(drifts, default=-np.inf)

@@ -101,9 +101,11 @@ def lack_of_fit(fitted: Fitted, held: HeldOut | None) -> LackOfFit:
     if held is None:
         freedom = max(float(fitted.n_readings - fitted.model.n_base), 1.0)
         return LackOfFit.of(fitted.chi_square() / freedom, 1.0, freedom, pure, held_out=False)
-    expected, freedom = null_moments(held.design, max(held.freedom, 1.0))
+    freedom, design = max(held.freedom, 1.0), held.design
     if fitted.drifts:
-        expected = min(expected, 1 + MOST_OF_DRIFTS)
+        added = float((design**2).sum()) / freedom
+        design = design * np.sqrt(min(1.0, MOST_OF_DRIFTS / max(added, 1e-300)))
+    expected, freedom = null_moments(design, freedom)
     return LackOfFit.of(held.mean_square, expected, freedom, pure, held_out=True)
 
 

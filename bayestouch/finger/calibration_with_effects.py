@@ -177,11 +177,6 @@ def _mode(fit: EffectFit, fitted: FloatArray, added: Sequence[AddedEffect]) -> d
     for each in added:
         names = (public.name for public in each.effect.public_parameters())
         out.update((name, np.asarray(value)) for name, value in zip(names, each.values, strict=True))
-    place = at.n_base
-    for effect in posterior.model.effects:
-        for public, parameter in zip(effect.public_parameters(), effect.parameters, strict=True):
-            out[public.name] = np.asarray(parameter.from_unconstrained(float(fitted[place])))
-            place += 1
     return out
 
 

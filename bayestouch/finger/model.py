@@ -21,7 +21,7 @@ from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.possible_touches import possible_touches
 from bayestouch.finger.series import TouchSeries
 from bayestouch.finger.softest_rubber import softest
-from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, PossibleTouches, Rows, SensorModel
+from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, PossibleTouches, Predicted, Rows, SensorModel
 from bayestouch.model.observations import Observations
 
 # Smallest distance of an element from the surface in a fit, over the thickness of the rubber; at most half the nominal.
@@ -217,16 +217,19 @@ class FingerModel(SensorModel):
 
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches with the signal before the effects on the signal, for loads as read or `load` (t,)."""
+        return self._evaluated(vector, load)[0]
+
+    def _evaluated(self, vector: FloatArray, load: FloatArray | None = None) -> tuple[Recording, TouchSeries | None]:
+        """`signal`, and the fast evaluator at these touches that gave it; None if the chain did."""
         recording = self.poses(vector, load)
         quick = self._quick(vector) if load is None else None
         if quick is not None:
-            return replace(recording, signal=quick[0].copy())
+            return replace(recording, signal=quick[0].copy()), self.evaluator
         series = self._series(recording, vector)
         if series is not None:
-            return replace(recording, signal=series.signals(vector))
-        chain = self.chain(vector)
-        radius = self._radius(recording)
-        return replace(recording, signal=chain.predict(radius, np.radians(recording.place[0]), recording.load))
+            return replace(recording, signal=series.signals(vector)), series
+        radius, angle = self._radius(recording), np.radians(recording.place[0])
+        return replace(recording, signal=self.chain(vector).predict(radius, angle, recording.load)), None
 
     def _series(self, recording: Recording, vector: FloatArray) -> TouchSeries | None:
         """The fast evaluator at the poses of a recording.
@@ -247,20 +250,19 @@ class FingerModel(SensorModel):
         series = self.evaluator.moved(np.radians(recording.place[0]), recording.load, mu)
         return series and series.with_strain_of([self.chain(vector)])
 
-    def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
-        recording = self.signal(vector)
-        of_signal = self._of_signal(vector, recording)
+    def with_derivatives(self, vector: FloatArray) -> tuple[Predicted, FloatArray, FloatArray | None]:
+        """See `SensorModel.with_derivatives`; the signal is computed once for both."""
+        recording, series = self._evaluated(vector)
+        of_signal = self._of_signal(vector, recording, series)
         out = through_effects(self, recording, vector, of_signal)
         out += self.of_values(vector, recording)
         samples = None if out[0].samples is None else np.stack([np.asarray(each.samples) for each in out])
-        return np.stack([each.touches for each in out]), samples
+        return self.readings(recording, vector), np.stack([each.touches for each in out]), samples
 
-    def _of_signal(self, vector: FloatArray, recording: Recording) -> FloatArray:
+    def _of_signal(self, vector: FloatArray, recording: Recording, series: TouchSeries | None) -> FloatArray:
         """Derivative of the signal, (5, t, m): over log response, depth and angle of the element, then σ and log μ."""
-        series = self._series(recording, vector) if self._quick(vector) is None else self.evaluator
         if series is not None:
-            return series.derivatives(vector[: self.n_base])
+            return series.derivatives(vector[: self.n_base], recording.signal)
         chain = self.chain(vector)
         radius = self._radius(recording)
         of_signal = calibration_jacobian(chain, radius, np.radians(recording.place[0]), recording.load)

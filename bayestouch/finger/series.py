@@ -29,8 +29,8 @@ SIGMA_NODES = 9
 KAPPA_STEP, LEAST_KNOTS = 0.1, 6
 # Relative step of the derivative with respect to the load.
 STEP_LOAD = 0.02
-# Steps of the central differences: log response, depth (mm), angle, σ, log μ. Their error is far below the noise.
-STEPS = 1e-3, 1e-3, 1e-4, 1e-4, 1e-3
+# Steps of the central differences: depth (mm), angle, σ, log μ. Their error is far below the noise.
+STEPS = 1e-3, 1e-4, 1e-4, 1e-3
 
 
 @dataclass(frozen=True)
@@ -196,19 +196,20 @@ class TouchSeries:
         strain = mode_strain(body, depth, element_weight=self.element_weight, friction=self.friction)
         return strain if sheared else strain.real
 
-    def derivatives(self, vector: FloatArray) -> FloatArray:
+    def derivatives(self, vector: FloatArray, readings: FloatArray) -> FloatArray:
         """Derivative of the readings at a vector (d,), (5, t, m), in the order of `bayestouch.chain.neighbours`.
 
-        It is over log response, depth (mm) and angle (rad) of the element, then σ and log μ.
+        It is over log response, depth (mm) and angle (rad) of the element, then σ and log μ. The first one is the
+        `readings` (t, m) at the vector themselves, which are in proportion to the response.
         """
         at = self.layout
-        places: tuple[slice | int, ...] = (at.response, at.depth, at.angle, at.sigma, at.log_mu)
+        places: tuple[slice | int, ...] = (at.depth, at.angle, at.sigma, at.log_mu)
         moved = np.repeat(vector[None], 2 * len(places), axis=0)
         for up, down, place, step in zip(moved[::2], moved[1::2], places, STEPS, strict=True):
             up[place] += step
             down[place] -= step
-        readings, _ = self._summed(moved, by_load=False)
-        return np.asarray((readings[::2] - readings[1::2]) / (2 * np.array(STEPS)[:, None, None]))
+        there, _ = self._summed(moved, by_load=False)
+        return np.concatenate([readings[None], (there[::2] - there[1::2]) / (2 * np.array(STEPS)[:, None, None])])
 
     def signals(self, vector: FloatArray) -> FloatArray:
         """Expected readings (t, m) of one vector (d,)."""

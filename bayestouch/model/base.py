@@ -126,13 +126,13 @@ class SensorModel(ABC):
     def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
         """The vector with the parameters of the body at nominal values; None if they are near these values already."""
 
-    @abstractmethod
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
+        return self.with_derivatives(vector)[1:]
 
+    @abstractmethod
     def with_derivatives(self, vector: FloatArray) -> tuple[Predicted, FloatArray, FloatArray | None]:
         """The prediction, and its `derivatives`."""
-        return self.predict(vector), *self.derivatives(vector)
 
     @abstractmethod
     def correction_basis(self, vector: FloatArray) -> CorrectionBasis:
@@ -274,11 +274,8 @@ class SensorModel(ABC):
             ours = range(place, place + len(effect.parameters))
             changes_more = effect.changes_pose or effect.changes_finger
             from_here = at or self.predict if changes_more else partial(self._beginning, *begun[effect.name])
-            basis = self.basis_of(effect, vector) if at is None else None
-            if basis is None:
-                out += self._of_effect(effect, vector, ours, from_here)
-            else:
-                out += self._of_basis(effect, vector, self.value_priors[place - self.n_base :, 1], basis)
+            slopes = self.of_basis(effect, vector) if at is None else None
+            out += self._of_effect(effect, vector, ours, from_here) if slopes is None else slopes
             place = ours.stop
         return out
 
@@ -321,12 +318,16 @@ class SensorModel(ABC):
         place = self.effects.index(effect) + 1
         return self.with_effects((*self.effects[:place], Shift(effect, by), *self.effects[place:]))
 
-    def _of_basis(self, effect: Effect, vector: FloatArray, prior_sd: FloatArray, basis: FloatArray) -> list[Predicted]:
-        """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`.
+    def of_basis(self, effect: Effect, vector: FloatArray) -> list[Predicted] | None:
+        """Derivative over the values of an effect that act through a basis; None if it has none, see `basis_of`.
 
         Only one derivative is computed: over the product of basis and values. Those over the values follow from it.
         """
-        step = VALUE_STEP * np.sqrt(basis**2 @ prior_sd[: basis.shape[1]] ** 2)
+        basis = self.basis_of(effect, vector)
+        if basis is None:
+            return None
+        prior_sd = np.array([each.normal_prior[1] for each in effect.parameters])
+        step = VALUE_STEP * np.sqrt(basis**2 @ prior_sd**2)
         step = np.maximum(step, 1e-3 * step.max())
         together = difference(lambda sign: self.shifted(effect, sign * step).predict(vector), 1.0)
         rows = None if together.samples is None else self.observed.row_touch
@@ -346,6 +347,10 @@ class SensorModel(ABC):
 
     def observing(self, observed: Rows) -> Self:
         """The same sensor and effects for other touches."""
+        return replace(self, observed=observed)
+
+    def with_readings(self, observed: Rows) -> Self:
+        """The same sensor, effects and touches with other readings; what is tabulated for the touches is kept."""
         return replace(self, observed=observed)
 
     def with_effects(self, effects: tuple[Effect, ...]) -> Self:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import singledispatch
+from functools import cache, singledispatch
 from itertools import product
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
-from bayestouch.model.base import Predicted
+from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.linear import Score, Scorer
 from bayestouch.model.significance import normal_score, quadratic_score
@@ -79,23 +81,13 @@ def _scored(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate | None:
 
 def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
     """Best signature of an effect: the difference between the predictions at a probe and at null amplitude."""
-    model = fitted.model.with_effects((*fitted.model.effects, effect))
+    changes_at = _changes(effect, fitted)
     best: tuple[float, Values, Score, FloatArray] | None = None
-    memo: dict[Values, Predicted] = {}
     for probe in effect.probes:
-        null = effect.without(probe)
-        if null not in memo:
-            memo[null] = model.predict(model.extended(fitted.vector, null))
-        at_null = memo[null]
-        touches, samples = [], []
-        for i in effect.amplitudes:
-            values = tuple(p if k == i else n for k, (p, n) in enumerate(zip(probe, null, strict=True)))
-            moved = model.predict(model.extended(fitted.vector, values))
-            touches.append(moved.touches - at_null.touches)
-            if moved.samples is not None and at_null.samples is not None:
-                samples.append(moved.samples - at_null.samples)
-        raw = np.stack(touches)
-        score = scorer(fitted.whitening.touches(raw), fitted.whitening.samples(np.stack(samples)) if samples else None)
+        changes = changes_at(probe)
+        raw = np.stack([each.touches for each in changes])
+        samples = None if changes[0].samples is None else np.stack([np.asarray(each.samples) for each in changes])
+        score = scorer(fitted.whitening.touches(raw), None if samples is None else fitted.whitening.samples(samples))
         chi_square = _allowed(effect, score)
         if best is None or chi_square > best[0]:
             best = (chi_square, probe, score, raw)
@@ -121,6 +113,43 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
         seen=score.seen,
         signature=np.asarray(np.tensordot(amplitude, raw, axes=1)),
     )
+
+
+def _changes(effect: Effect, fitted: Fitted) -> Callable[[Values], list[Predicted]]:
+    """Change of the prediction by each amplitude of an effect that is not in the model, at a probe.
+
+    What the probes have in common is computed once: the signal before an effect that acts on the signal, and the one
+    derivative of an effect whose values act through a basis (`Effect.by_place`).
+    """
+    model = fitted.model.with_effects((*fitted.model.effects, effect))
+    before = model.extended(fitted.vector, effect.without(effect.probes[0]))
+    begun = None if effect.changes_pose or effect.changes_finger else model.signal(before)
+    slopes = model.of_basis(effect, before)
+    predicted = cache(lambda values: _predicted(model, model.extended(fitted.vector, values), begun))
+
+    def at(probe: Values) -> list[Predicted]:
+        null = effect.without(probe)
+        if slopes is not None:
+            return [_times(probe[i] - null[i], slopes[i]) for i in effect.amplitudes]
+        return [_less(predicted((*null[:i], probe[i], *null[i + 1 :])), predicted(null)) for i in effect.amplitudes]
+
+    return at
+
+
+def _predicted(model: SensorModel, vector: FloatArray, begun: Recording | None) -> Predicted:
+    """Prediction at a vector, from the signal before the effects on the signal where it is known."""
+    return model.predict(vector) if begun is None else model.readings(begun, vector)
+
+
+def _less(one: Predicted, other: Predicted) -> Predicted:
+    """Difference of two predictions."""
+    samples = None if one.samples is None or other.samples is None else one.samples - other.samples
+    return Predicted(one.touches - other.touches, samples)
+
+
+def _times(factor: float, one: Predicted) -> Predicted:
+    """A change of the prediction times a factor."""
+    return Predicted(factor * one.touches, None if one.samples is None else factor * one.samples)
 
 
 def _allowed(effect: Effect, score: Score) -> float:

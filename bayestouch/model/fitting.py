@@ -131,10 +131,16 @@ def functions_of(
         return further
     if not drifts and further is None:
         return None
-    raw = drift_columns(model, vector, drifts)
-    if further is not None:
-        raw = np.concatenate([raw, further])
+    raw = _all_columns(model, vector, drifts, further)
     return Functions.of(raw, whitening.columns(raw))
+
+
+def _all_columns(
+    model: SensorModel, vector: FloatArray, drifts: tuple[Drift, ...], further: FloatArray | None
+) -> FloatArray:
+    """Basis functions of the drifts and `further` ones at each touch, (k, t, m)."""
+    raw = drift_columns(model, vector, drifts)
+    return raw if further is None else np.concatenate([raw, further])
 
 
 def _compared(
@@ -207,15 +213,16 @@ def fit(
         whitening = Whitening.of(model.known, noise, model.predict(vector).touches, model.by_load(vector))
     low, high = low + margin, high - margin
     functions = functions_of(model, vector, whitening, drifts, further)
-    for _ in range(FOLLOWED):
+    for left in reversed(range(FOLLOWED)):
         vector, linear = _descended(model, vector, whitening, functions, low, high, margin, enough)
-        if functions is None or not drifts:
+        if functions is None or not drifts or not left:
             break
         # The functions of a gain drift are proportional to the signal: update them if the signal has changed much.
-        now = functions_of(model, vector, whitening, drifts, further)
-        if now is None or _nearly_equal(now.raw, functions.raw):
+        assert not isinstance(further, Functions)
+        now = _all_columns(model, vector, drifts, further)
+        if _nearly_equal(now, functions.raw):
             break
-        functions = now
+        functions = Functions.of(now, whitening.columns(now))
     # A parameter at a bound whose step points outside is fixed and absorbs no part of the residual.
     _, held = _step(linear, vector, low + margin, high - margin)
     return Fitted(model, vector, drifts, noise, whitening, linear.holding(held))

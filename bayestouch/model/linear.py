@@ -131,7 +131,8 @@ class Linearised:
     def cost(self) -> float:
         """Minus the log posterior, up to a constant."""
         data = float(self.residual.ravel() @ self.plain.ravel()) + float((self.deviation**2).sum())
-        return 0.5 * (data + float((self.precision * self.pull**2).sum()))
+        # A parameter fixed at its bound does not move, but is as improbable there as its prior says.
+        return 0.5 * (data + float((self.precision * self.free.pull**2).sum()))
 
     def holding(self, held: NDArray[np.bool_]) -> Linearised:
         """The model with some parameters (d,) fixed at their bounds: they absorb no part of the residual."""

@@ -25,7 +25,7 @@ def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     wrong = effect.wrong(from_median(model.known.table), found.own_sd, noise.peak, values)
     if wrong is not None:
         cleaned = model.known.without(wrong)
-        model = model.observing(cleaned)
+        model = model.with_readings(cleaned)
         sd = np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
     elif added := effect.added(values):

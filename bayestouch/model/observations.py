@@ -68,8 +68,15 @@ class Observations:
 
     @cached_property
     def touch_time_s(self) -> FloatArray:
-        """Mean time of each touch, (t,)."""
-        return self.of_touches(self.time_s)
+        """Mean time of each touch, (t,).
+
+        It is within the times of the samples: a mean of equal times can differ from them by rounding, and would put the
+        touch beside the session that it ends or begins.
+        """
+        first, last = np.full(self.n_touches, np.inf), np.full(self.n_touches, -np.inf)
+        np.minimum.at(first, self.row_touch, self.time_s)
+        np.maximum.at(last, self.row_touch, self.time_s)
+        return np.clip(self.of_touches(self.time_s), first, last)
 
     @cached_property
     def touch_held_s(self) -> FloatArray:

@@ -10,6 +10,11 @@ from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.linear import Functions, Linearised, conditioned
 
 
+def gained(difference: FloatArray) -> FloatArray:
+    """Log density of the readings of each touch, (t,), from `held_out_density` (t, 3) or a difference of two."""
+    return np.asarray(difference[:, :2].sum(axis=1))
+
+
 def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
     """Log predictive density of each touch given the touches of the other folds, up to a constant.
 

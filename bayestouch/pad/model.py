@@ -203,10 +203,6 @@ class PadModel(SensorModel):
         m = self.n_elements
         return self._flat(vector)[m : 2 * m]
 
-    def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
-        return self.with_derivatives(vector)[1:]
-
     def with_derivatives(self, vector: FloatArray) -> tuple[Predicted, FloatArray, FloatArray | None]:
         """The prediction, and its `derivatives`; the response of the chain is computed once for both."""
         recording = self.poses(vector)

@@ -21,7 +21,7 @@ from typing import TypeVar
 
 import bayestouch
 from bayestouch.diagnosis.comparison import density, refit
-from bayestouch.diagnosis.search import ERRORS, LEADING
+from bayestouch.diagnosis.search import LEADING
 from bayestouch.effects import catalogue
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.finger.start import base_fit
@@ -54,7 +54,7 @@ def cost_of_effects(dataset: bayestouch.DataSet) -> dict[str, tuple[float, float
             cost[effect.name] = (seconds, 0.0)
             continue
         (candidate,), scoring = timed(lambda effect=effect: score_effects(fitted, (effect,)))
-        _, refitting = timed(lambda candidate=candidate: refit(fitted, candidate, before, ERRORS, 0.0))
+        _, refitting = timed(lambda candidate=candidate: refit(fitted, candidate, before, 0.0))
         cost[effect.name] = (scoring, refitting)
     return cost
 

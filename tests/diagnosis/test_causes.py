@@ -14,7 +14,7 @@ from scipy.special import expit
 
 import bayestouch
 from bayestouch.diagnosis import causes as module
-from bayestouch.diagnosis.causes import DRAWS, IN_TIME, NOTHING, causes, compared_models, sums_of_blocks, weights
+from bayestouch.diagnosis.causes import DRAWS, IN_TIME, NOTHING, causes, compared_models, weights
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.search import search
@@ -60,11 +60,6 @@ def test_equal_models_share_equally_and_one_far_ahead_takes_all() -> None:
     found = weights([np.array([blocks, blocks, blocks - 5])], np.zeros(3))
     assert found[0] == found[1] == pytest.approx(0.5, abs=1e-9) and found[2] < 1e-9
     np.testing.assert_allclose(weights([np.array([blocks, blocks])], np.log([0.8, 0.2])), [0.8, 0.2])
-
-
-def test_sums_of_blocks() -> None:
-    """Touches 0 and 2 are of one block, whatever its number."""
-    np.testing.assert_array_equal(sums_of_blocks([np.array([1.0, 2, 4])], np.array([7, 3, 7])), [[2.0, 5.0]])
 
 
 def held(times: float, places: float | None = None) -> dict[str, np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayestouch.diagnosis import comparison, place_or_time
-from bayestouch.diagnosis.comparison import folds, gained, is_clear, paired, refit, tried_noise
+from bayestouch.diagnosis.comparison import folds, is_clear, paired, refit, tried_noise
 from bayestouch.model import joining
 
 
@@ -33,7 +33,6 @@ def test_folds_of_a_scan(n: int, size: int) -> None:
 
 
 def test_sums_over_touches() -> None:
-    np.testing.assert_array_equal(gained(np.array([[1.0, 2.0, 100.0], [3.0, 5.0, 100.0]])), [3.0, 8.0])
     total, error = paired(np.array([1.0, 2.0, 6.0]))
     # mean 3, squares 4 + 1 + 9 over 2: variance 7 of each, 21 of the sum
     assert total == 9.0 and error == pytest.approx(np.sqrt(21))
@@ -90,7 +89,7 @@ def effect(name: str, count: int) -> Any:
 
 @pytest.mark.parametrize(("least", "alone"), [(8.99, True), (9.01, False)])
 def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone: bool) -> None:
-    """Means gain 1, 2, 3; deviations 2, 3, 4: a sum of 9 with a standard error of sqrt(3), five of them."""
+    """Means gain 1, 2, 3; deviations 2, 3, 4: a sum of 9 with a standard error of sqrt(3), three of them clear."""
     model = SimpleNamespace(effects=(), values=lambda vector: ((0.0,), (7.0,)), extended=lambda vector, start: vector)
     model.with_effects = lambda effects: model
     fitted: Any = SimpleNamespace(
@@ -104,14 +103,15 @@ def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone
     each_way: Any = lambda fitted, linear, density: {"times": density[:, 0], "of": (fitted, linear)}  # noqa: E731
     monkeypatch.setattr(comparison, "held_out_each_way", each_way)
     candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,), signature=None)
-    found = refit(fitted, candidate, np.full((3, 3), 10.0), 5.0, least)
+    found = refit(fitted, candidate, np.full((3, 3), 10.0), least)
     assert (found.gain, found.of_means, found.start) == (15.0, 18.0, (7.0,))
     assert found.gain_se == pytest.approx(np.sqrt(3 * 4)) and found.by_itself == alone
     np.testing.assert_array_equal(found.difference, [3.0, 5.0, 7.0])
     assert found.held_out is not None and found.held_out["of"] == (fitted, "new")
     np.testing.assert_array_equal(found.held_out["times"], [11.0, 12.0, 13.0])
-    assert not refit(fitted, candidate, np.full((3, 3), 10.0), 5.2, 0.0).by_itself  # 5.2 sqrt(3) = 9.007
+    monkeypatch.setattr(comparison, "ERRORS", 5.2)  # 5.2 sqrt(3) = 9.007
+    assert not refit(fitted, candidate, np.full((3, 3), 10.0), 0.0).by_itself
     assert used["enough"] == pytest.approx(0.3)
     fitted.excess = 100.0
-    refit(fitted, candidate, np.full((3, 3), 10.0), 5.0, least)
+    refit(fitted, candidate, np.full((3, 3), 10.0), least)
     assert used["enough"] == 0.05

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bayestouch.diagnosis import place_or_time as module
-from bayestouch.diagnosis.place_or_time import PlaceOrTime
+from bayestouch.diagnosis.place_or_time import PlaceOrTime, sums_of_blocks
 
 
 def facing(*z: float) -> PlaceOrTime:
@@ -102,3 +102,8 @@ def test_better_beside_functions_of_place(
     assert module.is_better_beside(fitted, places) == better
     monkeypatch.setattr(module, "fit_correction", lambda fitted: None)
     assert module.is_better_beside(fitted, places)
+
+
+def test_sums_of_blocks() -> None:
+    """Touches 0 and 2 are of one block, whatever its number."""
+    np.testing.assert_array_equal(sums_of_blocks([np.array([1.0, 2, 4])], np.array([7, 3, 7])), [[2.0, 5.0]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -259,6 +260,40 @@ def begun(monkeypatch: pytest.MonkeyPatch, ends: dict[str, float]) -> list[str]:
     found = search.search(SimpleNamespace(model=SimpleNamespace(time_is_place=False)), ())  # type: ignore[arg-type]
     assert found[0].added is not None and found[0].real == ()
     return [*taken, found[0].added.effect.name]
+
+
+def test_a_beginning_keeps_what_an_earlier_round_dropped_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rounds add A, then B, which makes A unnecessary; the search from the last round's drift does not try A again."""
+    effects = tuple(effect(name) for name in "ABC")
+    misfit: Any = SimpleNamespace(excess=90.0, n_readings=100, drifts=())
+    rounds = (
+        one_round(tried("A"), real=(tried("A"),)),
+        one_round(tried("B"), dropped=("A",)),
+        one_round(None, before=misfit),
+    )
+    seen: list[list[str]] = []
+
+    def greedy(start: Any, effects: Any, *rest: Any) -> Any:
+        seen.append([each.name for each in effects])
+        return rounds if len(seen) == 1 else (start, rounds[-1])
+
+    monkeypatch.setattr(search, "one_round", lambda *rest: rounds[0])
+    monkeypatch.setattr(search, "_greedy", greedy)
+    monkeypatch.setattr(search, "_count_retained", lambda rounds: len(rounds) - 1)
+    monkeypatch.setattr(search, "with_undecided_drift", lambda last: [one_round(tried("drift"))])
+    monkeypatch.setattr(search, "still_drift", lambda drift, fitted: True)
+    monkeypatch.setattr(search, "_with_rivals", lambda one: one)
+    search.search(SimpleNamespace(model=SimpleNamespace(time_is_place=False)), effects)  # type: ignore[arg-type]
+    assert seen == [["A", "B", "C"], ["B", "C"]]
+
+
+def test_rivals_of_another_beginning_have_their_fits() -> None:
+    """A round keeps the fits of its own best effect and of rivals; advice for another one needs those of its rivals."""
+    one, other = tried("one", **paired(0.0, 1.0, 2.0)), tried("other", **paired(0.5, 1.0, 1.5))
+    without = replace(other, fitted=None)
+    found = search._with_rivals(one_round(one, real=(one, other), tried=(one, without)))
+    assert found.added is not None and found.added.indistinguishable == ("other",)
+    assert [each.fitted for each in found.tried] == [one.fitted, other.fitted]
 
 
 def test_other_beginnings(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import bayestouch
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.chain.pad import PadChain
 from bayestouch.diagnosis.outcome import sentences, worse_quantities
-from bayestouch.diagnosis.verdict import LackOfFit, Remaining, null_moments, verdict
+from bayestouch.diagnosis.verdict import LackOfFit, Remaining, lack_of_fit, null_moments, verdict
 from bayestouch.reporting.page import before_after
 from bayestouch.reporting.verdict import _fix
 
@@ -153,6 +154,28 @@ def test_null_distribution_of_the_lack_of_fit() -> None:
     # 1 % of 20 000 is 200 ± 14.
     outside = np.mean((ratio < min(test.low, 1)) | (ratio > test.high))
     assert 0.006 < outside < 0.014
+
+
+def test_what_a_drift_excuses_is_limited_in_mean_and_spread() -> None:
+    """A tenth of the noise: with 60 unknown directions of equal size s, 60 s² is a tenth of 3200 readings."""
+    n, q = 3200, 60
+    axes = np.linalg.qr(np.random.default_rng(0).standard_normal((n, q)))[0]
+    known = SimpleNamespace(means=SimpleNamespace(pure_error_dof=np.array([1700.0])))
+    drifting: Any = SimpleNamespace(drifts=("drift",), model=SimpleNamespace(known=known))
+    held: Any = SimpleNamespace(design=40 * axes, freedom=float(n), mean_square=1.0)
+    found = lack_of_fit(drifting, held)
+    square = 0.1 * n / q
+    freedom = (1.1 * n) ** 2 / (n + 2 * 0.1 * n + q * square**2)
+    assert found.expected == pytest.approx(1.1)
+    assert found.high == pytest.approx(1.1 * stats.f.ppf(0.995, freedom, 1700.0))
+    # What is below the limit is as it is, and so is a model without drifts.
+    drifting.drifts = ()
+    assert lack_of_fit(drifting, held).expected == pytest.approx(1 + q * 1600 / n)
+    held.design = 0.5 * axes
+    assert lack_of_fit(drifting, held).high < 1.13
+    plain = lack_of_fit(drifting, held)
+    drifting.drifts = ("drift",)
+    assert lack_of_fit(drifting, held) == plain
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ class Plain(SensorModel):
     def reset_to_nominal(self, vector: Any) -> Any:
         raise NotImplementedError
 
-    def derivatives(self, vector: Any) -> Any:
+    def with_derivatives(self, vector: Any) -> Any:
         raise NotImplementedError
 
     def correction_basis(self, vector: Any) -> Any:

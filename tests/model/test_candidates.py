@@ -96,6 +96,17 @@ class Model:
         size, power, *more = vector
         return Predicted(size * np.array([[1.0], [2.0], [3.0]]) ** power + sum(more), None)
 
+    def signal(self, vector: np.ndarray) -> str:
+        """What is before an effect on the signal, which `readings` asks for."""
+        return "begun"
+
+    def readings(self, begun: str, vector: np.ndarray) -> Predicted:
+        assert begun == "begun"
+        return self.predict(vector)
+
+    def of_basis(self, effect: Effect, vector: np.ndarray) -> list[Predicted] | None:
+        return [Predicted(np.array([[1.0], [4.0], [9.0]]), None)] * 2 if effect.name == "moved" else None
+
 
 def fitted(residual: list[float]) -> Any:
     """Three touches of one element that are off by these; a parameter that does nothing."""
@@ -145,6 +156,20 @@ def test_start_stays_within_the_prior(prior: Any, wanted: float) -> None:
     for sign in (1, -1):
         (found,) = score_effects(fitted([3.0 * sign, 12.0 * sign, 27.0 * sign]), (narrow,))
         assert found.start[0] == pytest.approx(sign * wanted, rel=2e-3)
+
+
+def test_signature_of_values_that_act_through_a_basis() -> None:
+    """The derivative over the value times its probe, 0.5 · (1, 4, 9), whatever the second value is."""
+
+    class Moved(Power):
+        name = "moved"
+
+        def pose(self, recording: Any, values: Any) -> Any:
+            raise AssertionError("the derivative is enough")
+
+    (found,) = score_effects(fitted([3.0, 12.0, 27.0]), (Moved(),))
+    np.testing.assert_allclose(found.signature[:, 0], [3.0, 12.0, 27.0], rtol=2e-6)
+    assert found.start == pytest.approx((3.0, 1.0), rel=2e-6)
 
 
 def test_gains_are_in_order() -> None:

@@ -120,6 +120,9 @@ def test_cost_gradient_and_step() -> None:
     assert step[0] == pytest.approx(11.8 / 10.25, rel=1e-9) and not held.any()
     step, held = model.step_within(lambda step: step > 0)
     assert step[0] == 0.0 and held.all()
+    # At a bound a parameter does not move, but its prior still says how improbable it is there.
+    fixed = model.holding(held)
+    assert fixed.gradient()[0] == 0.0 and fixed.cost() == model.cost()
     assert model.weights().shape == (0,)
     kept = model.holding(held)
     assert kept.pull[0] == 0 and not kept.jacobian.any() and kept.deviation_jacobian is not None

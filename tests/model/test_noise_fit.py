@@ -48,7 +48,7 @@ def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """They are left out; own noise is what the others scatter by, or as before where nothing tells it."""
     cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([0.09, np.nan])))
     known = SimpleNamespace(table="table", without=lambda wrong: cleaned if wrong == "wrong" else None)
-    model = SimpleNamespace(known=known, observing=lambda observed: ("model of", observed))
+    model = SimpleNamespace(known=known, with_readings=lambda observed: ("model of", observed))
     seen: list[Any] = []
     monkeypatch.setattr(noise_fit, "from_median", lambda table: f"from {table}")
     monkeypatch.setattr(Outliers, "wrong", lambda self, *given: seen.append(given) or "wrong")

@@ -53,6 +53,29 @@ def test_means_and_deviations() -> None:
     assert found.n_touches == 2 and found.table.n_rows == 3 and found.sessions == ((0.0, 9.0),)
 
 
+def test_a_touch_is_within_the_times_of_its_samples() -> None:
+    """The mean of three equal times is above them by rounding: its touch would be after the end of the session."""
+    end = 3599.3
+    assert (end + end + end) / 3 > end
+    columns = {name: np.full(3, NAN) for name in ("depth_mm", "load")}
+    three = Touches(
+        touch=np.zeros(3, dtype=np.int64),
+        sample=np.arange(3),
+        time_s=np.full(3, end),
+        indenter_radius_mm=np.full(3, 6.0),
+        angle_deg=np.zeros(3),
+        x_mm=None,
+        y_mm=None,
+        contact=np.ones(3),
+        readings=np.ones((3, 2)),
+        reads=np.ones(3),
+        **columns,
+    )
+    history: Any = SimpleNamespace()
+    found = Observations.of(three, three.time_s, three.time_s, "s", history, (0.0, end), ((0.0, end),))
+    np.testing.assert_array_equal(found.touch_time_s, [end])
+
+
 def test_without_wrong_readings() -> None:
     wrong = np.array([[False, False], [True, False], [False, False]])
     found = observed().without(wrong)

@@ -8,7 +8,7 @@ from scipy import stats
 
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.linear import Functions, Linearised
-from bayestouch.model.predictive import held_out_density, precision_of_all
+from bayestouch.model.predictive import gained, held_out_density, precision_of_all
 
 T, M, D = 5, 2, 2
 FOLD = np.array([0, 1, 0, 2, 1])
@@ -77,3 +77,8 @@ def test_precision_of_parameters_and_weights(functions: bool) -> None:
     wanted = columns.T @ columns + np.diag([*made.precision, *np.ones(dense.shape[1])])
     wanted[:D, :D] += made.deviation_jacobian.T @ made.deviation_jacobian
     np.testing.assert_allclose(precision_of_all(made), wanted, rtol=1e-12)
+
+
+def test_density_of_all_readings() -> None:
+    """That of the means and that of the deviations; the squared errors do not count."""
+    np.testing.assert_array_equal(gained(np.array([[1.0, 2.0, 100.0], [3.0, 5.0, 100.0]])), [3.0, 8.0])
