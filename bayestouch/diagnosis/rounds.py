@@ -100,7 +100,8 @@ class SearchRound:
     real : tuple of Tried
         All effects that could have been added, with their fits; only in the first round, during the search.
     place_or_time : tuple of PlaceOrTime
-        For each drift that explains enough, whether it or functions of place predict better.
+        For each drift that explains enough, whether it or functions of place predict better; and each effect of earlier
+        touches that functions of place replace.
     held_out, held_out_in_place : mapping of str to (t,) array, or None
         Log density of each touch held out with its block, by what is held out: by the model at the beginning, and with
         the correction if there is one.

@@ -123,19 +123,46 @@ def local_signals(
     noise_sd : (t, m) array
         Standard deviation of a mean reading; inf where missing.
     """
+    earlier: Evaluated | None = None
     for degree in DEGREES:
-        found = _of_degree(model, centre, sd, noise_sd, degree)
+        found = _of_degree(model, centre, sd, noise_sd, degree, earlier)
         if found is None:
             break
-        if found.error < LARGEST_ERROR:
-            return found
+        local, earlier = found
+        if local.error < LARGEST_ERROR:
+            return local
     return ExactSignals(model)
 
 
+@dataclass(frozen=True, eq=False)
+class Evaluated:
+    """The exact model at nodes, of l models (the levels of an effect, or one).
+
+    Attributes
+    ----------
+    signals : (n, l, t, m) array
+        Signals at n nodes.
+    slopes : (s, l, t, m) array
+        Derivative over the load at the first s of them: for slopes fewer nodes are enough.
+    """
+
+    signals: FloatArray
+    slopes: FloatArray
+
+
 def _of_degree(
-    model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray, degree: int
-) -> LocalSignals | None:
-    """Polynomials of a total degree, see `local_signals`; None if they have too many terms."""
+    model: FingerModel,
+    centre: FloatArray,
+    sd: FloatArray,
+    noise_sd: FloatArray,
+    degree: int,
+    earlier: Evaluated | None,
+) -> tuple[LocalSignals, Evaluated | None] | None:
+    """Polynomials of a total degree, see `local_signals`; None if they have too many terms.
+
+    The nodes of a degree begin with those of the degree before, `earlier`, which are not evaluated again. Where an
+    effect has levels, these depend on the degree: then there is nothing to keep.
+    """
     at, d = model.layout, len(centre)
     _, _, lowest, highest = model.prior()
     low, high = np.maximum(centre - REACH * sd, lowest), np.minimum(centre + REACH * sd, highest)
@@ -158,14 +185,14 @@ def _of_degree(
     for each in levels:
         compared[:, each.places] = each.centre + rng.standard_normal((COMPARED, len(each.centre))) * each.sd
     signals, slopes = list[tuple[Polynomials, ...]](), list[tuple[Polynomials, ...]]()
+    for_slopes = int(2 * NODES * len(powers(SLOPE_DEGREE, variables)))
+    slope_nodes, slope_noise = nodes[COMPARED : COMPARED + for_slopes], noise / model.load[:, None]
+    exact: Evaluated | None = None
     for at_levels in [each.models(model) for each in levels] or [[model]]:
-        by_signal, by_slope = _exact_at(at_levels, fitted) / response
+        exact = _exact_at(at_levels, fitted, for_slopes, earlier)
+        by_signal, by_slope = (np.moveaxis(each, 1, 0) / response for each in (exact.signals, exact.slopes))
         signals.append(tuple(Polynomials.of(nodes[COMPARED:], each, degree, noise) for each in by_signal))
-        slopes.append(
-            tuple(
-                Polynomials.of(nodes[COMPARED:], each, SLOPE_DEGREE, noise / model.load[:, None]) for each in by_slope
-            )
-        )
+        slopes.append(tuple(Polynomials.of(slope_nodes, each, SLOPE_DEGREE, slope_noise) for each in by_slope))
     local = LocalSignals(
         model,
         moved,
@@ -177,25 +204,38 @@ def _of_degree(
         tuple(slopes),
         0.0,
     )
-    exact = np.stack([exact_signal(model, vector)[0] for vector in compared])
-    off = (local(compared)[0] / response - exact / response) / noise
-    return replace(local, error=float(np.sqrt((off**2).sum(axis=(1, 2))).max()))
+    true = np.stack([_signal(model, vector) for vector in compared])
+    off = (local(compared)[0] / response - true / response) / noise
+    return replace(local, error=float(np.sqrt((off**2).sum(axis=(1, 2))).max())), None if levels else exact
 
 
-def _exact_at(at_levels: list[FingerModel], vectors: FloatArray) -> FloatArray:
-    """Exact signals and slopes by the model at each of l levels, for vectors (n, d): (2, l, n, t, m).
+def _exact_at(
+    at_levels: list[FingerModel], vectors: FloatArray, for_slopes: int, earlier: Evaluated | None
+) -> Evaluated:
+    """The model at each of l levels, for vectors (n, d), slopes for the first ones; those of `earlier` are known.
 
     For each vector all levels are evaluated in turn, since the chain keeps tables that they share.
     """
-    found = of_parts(lambda vector: [exact_signal(model, vector) for model in at_levels], list(vectors))
-    return np.asarray(np.moveaxis(np.array(found), 0, 2).swapaxes(0, 1))
+    known = 0 if earlier is None else len(earlier.signals)
+    first, rest = list(vectors[known:for_slopes]), list(vectors[max(known, for_slopes) :])
+    both = of_parts(lambda vector: [exact_signal(model, vector) for model in at_levels], first)
+    alone = of_parts(lambda vector: [_signal(model, vector) for model in at_levels], rest)
+    found = np.array([*([signal for signal, _ in each] for each in both), *alone])
+    if earlier is not None:
+        return Evaluated(np.concatenate([earlier.signals, found]), earlier.slopes)
+    return Evaluated(found, np.array([[slope for _, slope in each] for each in both]))
 
 
 def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Signal (t, m) that leaves the body, and its derivative over the load as read."""
     step = STEP_LOAD * model.load
-    up, here = (model.signal(vector, model.load + times * step).signal for times in (1, 0))
+    up, here = _signal(model, vector, model.load + step), _signal(model, vector)
     return here, (up - here) / step[:, None]
+
+
+def _signal(model: FingerModel, vector: FloatArray, load: FloatArray | None = None) -> FloatArray:
+    """Signal (t, m) that leaves the body, at the loads as read or `load` (t,)."""
+    return model.signal(vector, model.load if load is None else load).signal
 
 
 def _moved(model: FingerModel, levels: tuple[Levels, ...]) -> tuple[IntArray, ...]:

@@ -8,7 +8,6 @@ import numpy as np
 
 from bayestouch.finger.fit_with_effects import EffectFit
 from bayestouch.finger.sampling import DEAR, THIN, Budget, draw_points
-from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
 
 # On a ridge the normal approximation in the new coordinates is worse.
@@ -19,9 +18,7 @@ ON_RIDGES = Budget(THIN, enough=0.5)
 TIED, DEAREST, MANY = Budget((4, 16), enough=0.8), Budget((2, 4), 2, 0.5), 1_000_000
 
 
-def sample_effects(
-    fit: EffectFit, draws: int, seed: int, progress: Progress | None = None, moves: Any = None
-) -> BlockDraws:
+def sample_effects(fit: EffectFit, draws: int, seed: int, moves: Any = None) -> BlockDraws:
     """Draw flat vectors (see `FlatLayout`) from the exact posterior, as `bayestouch.finger.sampling.sample_fit`."""
     at, density = fit.posterior.layout, fit.density
     covariance = np.eye(at.size)
@@ -32,4 +29,4 @@ def sample_effects(
         budget = ON_RIDGES
     if columns is not None and columns.size > MANY:
         budget = DEAREST
-    return draw_points(density, fit.to_vectors, fit.centre, covariance, draws, seed, progress, moves, budget)
+    return draw_points(density, fit.to_vectors, fit.centre, covariance, draws, seed, None, moves, budget)
