@@ -40,7 +40,7 @@ def page() -> str:
         "",
         "Many effects have a *looser form*: the same physics with further parameters, which at zero change nothing.",
         "`own_01` is that of the first element, and each element has one. A diagnosis takes this form where it",
-        "predicts touches that are held out clearly better.",
+        "predicts left-out touches clearly better.",
         "",
         "A peak reading is what the fitted sensor would read without the effects: a finger exactly under a knife edge",
         "at the mean load, a pad under a touch at the median load. Other terms are in the [glossary](glossary.md).",

@@ -1,6 +1,6 @@
 """Diagnosis of three pads that other laboratories measured: what the linear model misses, traced, added, what remains.
 
-Nobody wrote down which effects are in these data. Every error is on touches that no fit and no choice has seen: every
+Nobody wrote down which effects are in these data. Every error is on touches that no fit has seen: every
 fourth block of touches that follow each other. The linear model is a kernel with an empirical map: any sensitivity that
 depends on where the touch is, in proportion to the load.
 

@@ -47,7 +47,7 @@ class LoadNonlinearity(Effect):
         what = "load that does not reach the elements"
         return cls(
             (
-                EffectParameter("share", "", "loss at the reference load", Normal(0.0, 1.0, -0.2), (0.01,), 0.0),
+                EffectParameter("share", "", "how much the response flattens", Normal(0.0, 1.0, -0.2), (0.01,), 0.0),
                 EffectParameter("threshold", setting.load_unit, what, prior, (0.01 * size,), 0.0),
             )
         )

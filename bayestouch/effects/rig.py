@@ -60,11 +60,12 @@ class ProberEccentricity(Effect):
     degree is on a finger is known only as the data set states it. The fitted angles of the elements absorb the angle
     error at each element; only its change near an element can be observed.
 
-    In the looser form the error also depends on the tip. A tip of radius r_c that descends beside the centre touches at
-    r_b/(r_b + r_c) times the angle of an edge, and a flat touches where it is commanded to. `edge`, `edge_sine` and
+    In the looser form the error also depends on the tip. If the tip descends beside the centre, the angle error of a
+    tip of radius r_c is r_b/(r_b + r_c) times that of an edge, and a flat has none. `edge`, `edge_sine` and
     `edge_cosine` are such errors of an edge: the same everywhere, and with a period of one turn. The error also has two
     and three waves a turn, as a chuck has three jaws. And a finger is clamped anew, works loose, or slips: a, b, and an
-    error `turn` that is the same everywhere change with time, by half waves over the recording.
+    error `turn` that is the same everywhere change with time. Half wave k in time is k half periods of a cosine over
+    the recording.
 
     Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
     """

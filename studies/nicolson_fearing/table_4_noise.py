@@ -149,7 +149,8 @@ def tables(found: Findings) -> str:
         [
             markdown_table((*EVIDENCE_HEAD, *found.readers), found.evidence_rows()),
             markdown_table(POSTERIOR_HEAD, found.posterior_rows()),
-            f"The force sensor shows at most {SEEN_LOAD:.1f} % of load jitter (0.5 %, if that is of averages).\n",
+            "The force sensor shows at most 0.5 % of load jitter "
+            f"({SEEN_LOAD:.1f} %, if the printed 0.5 % is of averages).\n",
             f"Independent noise, read by the layer's contact at {MODULUS_MPA:g} MPa: {as_text(found.held[0])}; with R "
             f"held between edge and flat: {as_text(found.held[1])}.\n",
             markdown_table(STOPPED_HEAD, found.stopped_rows()),

@@ -92,7 +92,7 @@ def test_a_setting_is_quoted_as_it_is(page: str, sentence: str) -> None:
 #: Modules of the search and the verdict whose numbers are limits that were set by hand.
 OF_DIAGNOSIS = (blocks, choice, comparison, harm, place_or_time, search, verdict)
 #: Fractions of the time of a round: they are for the progress bar.
-NO_LIMITS = {"search.SCORED", "search.REFITTED"}
+NO_LIMITS = {"search.SCORED", "search.REFITTED", "search.CORRECTED"}
 
 
 def test_all_limits_of_the_diagnosis_are_in_its_table() -> None:
