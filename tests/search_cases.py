@@ -25,10 +25,10 @@ def tried(name: str = "one", **changes: Any) -> Tried:
     return Tried(**{**values, **changes})
 
 
-def one_round(added: Tried | None, best_share: float = 100.0, **changes: Any) -> SearchRound:
+def one_round(added: Tried | None, possible: float = 100.0, **changes: Any) -> SearchRound:
     values = {"before": SimpleNamespace(excess=0.0, n_readings=100), "tried": (), "correction": None}
     values |= {"correction_gain": 0.0, "correction_se": 0.0}
-    return SearchRound(added=added, best_share=best_share, **{**values, **changes})
+    return SearchRound(added=added, possible=possible, **{**values, **changes})
 
 
 def paired(*differences: float) -> dict[str, Any]:

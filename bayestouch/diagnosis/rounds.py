@@ -87,7 +87,7 @@ class SearchRound:
         Model at the beginning of the round.
     tried : tuple of Tried
         All candidates, best first.
-    best_share : float
+    possible : float
         What can be explained: half the sum of squares beyond noise, or the gain of a correction without a cause.
     correction : Correction or None
         Correction in addition to the model.
@@ -111,7 +111,7 @@ class SearchRound:
 
     before: Fitted
     tried: tuple[Tried, ...]
-    best_share: float
+    possible: float
     correction: Correction | None
     correction_gain: float
     correction_se: float

@@ -198,7 +198,7 @@ def _is_retained(rounds: tuple[SearchRound, ...]) -> bool:
         return True
     explained = sum(each.of_means for each in added if not each.by_itself)
     required = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
-    return added[0].by_itself or explained >= required * rounds[0].best_share
+    return added[0].by_itself or explained >= required * rounds[0].possible
 
 
 def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]:

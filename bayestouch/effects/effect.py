@@ -84,6 +84,8 @@ class EffectParameter:
         Values at which the signature of the effect is computed in the search for effects.
     null : float or None
         Value of an amplitude at which the effect changes nothing. None for a shape parameter (a width, a time).
+    of_element : bool
+        Whether it is of one element. Each element then has such a parameter, in their order.
     """
 
     name: str
@@ -92,6 +94,7 @@ class EffectParameter:
     prior: Prior
     probes: tuple[float, ...]
     null: float | None = None
+    of_element: bool = False
 
     @property
     def logarithmic(self) -> bool:
@@ -342,5 +345,6 @@ def own_parameters(n_elements: int, what: str, sd: float) -> tuple[EffectParamet
     """
     prior = Normal(0.0, sd)
     return tuple(
-        EffectParameter(f"{OWN}{e:02d}", "", f"{what} of element {e}", prior, (0.0,)) for e in range(1, n_elements + 1)
+        EffectParameter(f"{OWN}{e:02d}", "", f"{what} of element {e}", prior, (0.0,), of_element=True)
+        for e in range(1, n_elements + 1)
     )

@@ -83,9 +83,9 @@ class CreepByElement(Effect):
         prior, times = Normal(0.0, 0.2), tuple(setting.hold_s * share for share in (0.25, 1.0))
         shares = [
             EffectParameter(
-                f"share_e{e + 1:02d}", "", f"change of e{e + 1:02d} after a long time, as a share", prior, (0.001,), 0.0
+                f"share_{e}", "", f"change of {e} after a long time, as a share", prior, (0.001,), 0.0, True
             )
-            for e in range(setting.n_elements)
+            for e in (f"e{number:02d}" for number in range(1, setting.n_elements + 1))
         ]
         time = EffectParameter("time", setting.time_unit, "time constant", LogNormal(times[1], 1.0), times)
         return cls((*shares, time))

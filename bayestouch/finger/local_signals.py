@@ -18,7 +18,6 @@ from math import comb
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.effects.effect import OWN
 from bayestouch.finger.levels import Levels
 from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, chain_coordinates, monomials, powers
 from bayestouch.finger.model import FingerModel
@@ -31,7 +30,7 @@ DEGREES, LARGEST_ERROR = (3, 4, 5), 0.1
 # Largest number of terms: with two thousand, polynomials take as long to prepare as thousands of exact evaluations.
 MOST_TERMS = 2000
 # Relative step of the derivative over the load.
-STEP_LOAD = 1e-3
+SLOPE_STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +227,7 @@ def _exact_at(
 
 def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Signal (t, m) that leaves the body, and its derivative over the load as read."""
-    step = STEP_LOAD * model.load
+    step = SLOPE_STEP * model.load
     up, here = _signal(model, vector, model.load + step), _signal(model, vector)
     return here, (up - here) / step[:, None]
 
@@ -244,7 +243,7 @@ def _moved(model: FingerModel, levels: tuple[Levels, ...]) -> tuple[IntArray, ..
     on_levels = {int(position) for each in levels for position in each.places}
     for effect in model.effects:
         if effect.changes_pose or effect.changes_finger:
-            own = [i for i, each in enumerate(effect.parameters, place) if each.name.startswith(OWN)]
+            own = [i for i, each in enumerate(effect.parameters, place) if each.of_element]
             shared = sorted({*range(place, place + len(effect.parameters))}.difference(own, on_levels))
             out += [np.array([i]) for i in shared]
             out += [np.array(own)] if own else []

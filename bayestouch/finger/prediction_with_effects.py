@@ -14,9 +14,7 @@ from bayestouch.finger.local_series import local_series
 from bayestouch.finger.local_signals import local_signals
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.strain_series import StrainSeries
-
-# Relative step of the derivative over the load.
-STEP_LOAD = 1e-4
+from bayestouch.model.base import LOAD_STEP
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +94,7 @@ class EffectPrediction:
         self, vector: FloatArray, signal: FloatArray, slope: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         """Readings of one vector from its signals, and their derivative over the load."""
-        model, step = self.model, STEP_LOAD * self.model.load
+        model, step = self.model, LOAD_STEP * self.model.load
         here = replace(model.poses(vector), signal=signal)
         up = replace(model.poses(vector, model.load + step), signal=signal + step[:, None] * slope)
         readings = model.readings(here, vector)

@@ -28,7 +28,7 @@ from bayestouch.finger.layout import FlatLayout
 SIGMA_NODES = 9
 KAPPA_STEP, LEAST_KNOTS = 0.1, 6
 # Relative step of the derivative with respect to the load.
-STEP_LOAD = 0.02
+SPECTRUM_STEP = 0.02
 # Steps of the central differences: depth (mm), angle, σ, log μ. Their error is far below the noise.
 STEPS = 1e-3, 1e-4, 1e-4, 1e-3
 
@@ -184,8 +184,8 @@ class TouchSeries:
 
             shape[:, blunt] = pressed(1.0)
         if blunt.any() and by_load:
-            up, down = 1 + STEP_LOAD, 1 - STEP_LOAD
-            slope[:, blunt] = (up * pressed(up) - down * pressed(down)) / (2 * STEP_LOAD)
+            up, down = 1 + SPECTRUM_STEP, 1 - SPECTRUM_STEP
+            slope[:, blunt] = (up * pressed(up) - down * pressed(down)) / (2 * SPECTRUM_STEP)
         return known.load[:, None] * shape, slope
 
     def _strain(self, body: FingerBody, depth: FloatArray) -> NDArray[np.inexact]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
-from bayestouch.effects.effect import OWN, STAGES, Effect, Shift, Values
+from bayestouch.effects.effect import STAGES, Effect, Shift, Values
 from bayestouch.model.observations import Observations, UntimedTouches
 
 Rows = Observations | UntimedTouches
@@ -296,7 +296,7 @@ class SensorModel(ABC):
 
         If no effect mixes elements, one difference gives the derivatives over the values of all elements.
         """
-        own = [i for i, each in zip(places, effect.parameters, strict=True) if each.name.startswith(OWN)]
+        own = [i for i, each in zip(places, effect.parameters, strict=True) if each.of_element]
         together: dict[int, Predicted] = {}
         if own and not any(each.mixes for each in self.effects):
             up, down, steps = vector.copy(), vector.copy(), np.empty(len(own))

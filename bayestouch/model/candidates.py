@@ -207,16 +207,12 @@ def best_size(score: Score) -> tuple[float, float]:
     return DRIFT_SIZES[k], gains[k]
 
 
-def refine_drift(fitted: Fitted, effect: RandomEffect) -> tuple[Values, float]:
-    """Values of a drift with the largest marginal likelihood, and the increase of its logarithm over no drift.
-
-    `fitted` is the model without the drift.
-    """
+def refine_drift(fitted: Fitted, effect: RandomEffect) -> Values:
+    """Values of a drift with the largest marginal likelihood; `fitted` is the model without the drift."""
     scorer = Scorer(fitted.linear)
-    best: tuple[Values, float] = ((), -np.inf)
+    found = list[tuple[float, Values]]()
     for time, *kind in product(*(each.probes for each in effect.parameters[1:])):
         raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time, *kind)),))
         size, gain = best_size(scorer.of_columns(fitted.whitening.columns(raw)))
-        if gain > best[1]:
-            best = ((size, time, *kind), gain)
-    return best
+        found.append((gain, (size, time, *kind)))
+    return max(found, key=lambda each: each[0])[1]

@@ -79,7 +79,7 @@ def _(
     whitening: Whitening | None = None,
     enough: float = SETTLED,
 ) -> Joined:
-    values, _ = refine_drift(fitted, effect)
+    values = refine_drift(fitted, effect)
     drifts = (*fitted.drifts, (effect, values))
     return Joined(fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=whitening, enough=enough), values)
 

@@ -71,7 +71,7 @@ def test_the_rest_is_searched_again_without_what_fell(monkeypatch: pytest.Monkey
     )
     rounds = (kept, fallen, one_round(alone), one_round(None))
     monkeypatch.setattr(search, "one_round", lambda fitted, effects, *rest: (fitted, effects))
-    anew = (one_round(alone, tried=(alone,), real=(alone,)), one_round(None, best_share=7.0))
+    anew = (one_round(alone, tried=(alone,), real=(alone,)), one_round(None, possible=7.0))
     seen: list[Any] = []
     monkeypatch.setattr(
         search, "_greedy", lambda first, effects, *rest, earlier: seen.append((first, effects, earlier)) or anew

@@ -79,7 +79,7 @@ def test_a_round_without_anything_real(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [each.name for each in said["noise"]] == ["other"]
     assert [(each.effect.name, each.z) for each in found.tried] == [("none", 9.0), ("high", 3.0), ("low", -2.0)]
     # No correction: what can be explained is the excess.
-    assert (found.best_share, found.correction_gain, found.correction_se) == (40.0, 0.0, 0.0)
+    assert (found.possible, found.correction_gain, found.correction_se) == (40.0, 0.0, 0.0)
     np.testing.assert_allclose([each.share for each in found.tried], [0.0, 1.0, 1.0])
     assert all(each.signature == each.effect.name and each.start == (1.0,) for each in found.tried)
     # The best of three signatures; the score of "none" is no chance, and it was not fitted.
@@ -108,7 +108,7 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_array_equal(found.held_out_in_place["times"], [15.0, 15.5, 16.0])
     np.testing.assert_allclose(said["progress"], [0.0, 0.25, 0.36, 0.47, 0.58, 0.69, 0.8, 0.85, 1.0])
     # 30 + 31 + 32 with the spread of three numbers one apart; more than the excess.
-    assert found.best_share == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
+    assert found.possible == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
     # As good as the best, and cheaper.
     assert found.added is not None and found.added.effect.name == "b" and found.added.indistinguishable == ("a",)
     assert [each.effect.name for each in found.tried] == ["a", "b", "d", "e", "c", "f"]

@@ -52,7 +52,7 @@ def test_each_kind_of_effect_is_joined_in_its_own_way(monkeypatch: pytest.Monkey
     assert [getattr(each, "name", each) for each in fitted_model.effects] == ["a", "b"] and start == ("v", (3.0,))
     assert (rest, asked["whitening"], asked["enough"]) == (["n", (drift,)], "kept", 0.7)
 
-    monkeypatch.setattr(joining, "refine_drift", lambda fitted, effect: ((0.5, 9.0), 1.0))
+    monkeypatch.setattr(joining, "refine_drift", lambda fitted, effect: (0.5, 9.0))
     other = BaselineDrift(())
     found = fit_with(other, whole, pytest.fail, whitening="kept", enough=0.7)  # type: ignore[arg-type]
     assert found.values == (0.5, 9.0)
