@@ -39,7 +39,7 @@ report: $(VENV)/.ready-runtime
 	$(BIN)/python studies/first_reports.py report
 
 test: lint
-	$(BIN)/pytest -n 2 -q
+	$(BIN)/pytest -n 2 --dist worksteal -q
 
 test-slow: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 -q -m slow

@@ -83,6 +83,7 @@ def test_one_table_is_parted() -> None:
     assert np.all(np.diff(data.time_s) >= 0)
 
 
+@pytest.mark.slow
 def test_dead_element_no_repeats_no_times() -> None:
     """All at once: the effect is found all the same, and what cannot be told is null."""
     diagnosis = bayestouch.diagnose(changed(lambda table: timeless(once(dead(table)))), sample=False, draws=64)

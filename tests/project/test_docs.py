@@ -23,8 +23,8 @@ BLOCK = re.compile(r"^\s*(```|~~~) ?(python|console|toml)\b|^    bayestouch .+$"
 WITH_BLOCKS = [page for page in PAGES if BLOCK.search((ROOT / page).read_text("utf-8"))]
 # `studies/tutorial.py` runs this one, with its outputs (`tests/studies/test_tutorial.py`).
 RUN_BY_A_STUDY = "docs/tutorial.md"
-# These make whole reports, as the quick start does too, which is run always.
-WITH_A_REPORT = ("README.md", "docs/report.md", "docs/calibrate_your_own.md")
+# These make whole reports, as the quick start does too, which is run always; or all groups of several posteriors.
+DEAR = ("README.md", "docs/report.md", "docs/calibrate_your_own.md", "docs/arviz.md")
 # What a page takes for granted; everything else it makes itself, block by block.
 GIVEN = ("my-finger", "calibration.nc", "posterior.nc", "touches.csv", "touches.parquet")
 SMALL = {name: getattr(FINGER, name) for name in FINGER.__dataclass_fields__}
@@ -76,7 +76,7 @@ def run_commands(text: str) -> None:
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page
+        pytest.param(page, marks=pytest.mark.slow) if page in DEAR else page
         for page in WITH_BLOCKS
         if page != RUN_BY_A_STUDY
     ],

@@ -51,6 +51,7 @@ def test_the_law_by_which_widths_were_made_is_found(
     assert found.log_evidence > exact.log_evidence + 3 and exact.of_law == ()
 
 
+@pytest.mark.slow
 def test_the_study_of_laws_says_and_draws_what_it_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module = study("nicolson_fearing/table_3_widths")
     made = replace(free(), law=CONSTANT)

@@ -123,6 +123,7 @@ def test_twenty_touches_agree_with_quadrature(
             np.testing.assert_allclose(quantiles, ends, rtol=0, atol=0.05 * sd, err_msg=where)
 
 
+@pytest.mark.slow
 def test_the_hard_ones_are_there(plugged_in: list[Marginals], propagated: list[Marginals]) -> None:
     """Cut off at the edge, cut off at the flat, spread over all radii; and the calibration's uncertainty shows."""
     lowest, highest = (np.array([m.statistics["R"][end] for m in plugged_in]) for end in (2, 3))
