@@ -9,7 +9,8 @@ How often `bayestouch diagnose` is right, on simulated fingers of which it knows
 This is the *development study*. Its effects, forms and sizes were known while the catalogue and the search were
 changed, and some of its formulas coincide with those of the catalogue ([](#which-formulas-the-effects-have)). The
 [blind study](blind_study.md) has other formulas and other causes. They were written down before the code that it
-examines was frozen.
+examines was frozen. On 100 of 100 fingers without a cause it names nothing. Its other rates are lower: 76 % of single
+effects are named first, and 75 % of unlisted causes are left unnamed.
 
 The rates are in the first table below each heading with the name of a set of fingers. The *fresh* set is the fair one.
 Its rows say:
@@ -79,6 +80,9 @@ readings to 1 % (at size 2). `tests/simulator/test_forms.py` checks this, except
 formulas were compared by reading them. Rates of members and of other forms are listed separately. If the form is not a
 member and the effect is large, the catalogue's formula may differ from the true one by more than the noise. Then the
 verdict is "partly explained", and a correction describes a part of the rest.
+
+The table compares with the catalogue of that version. [Looser forms](effects.md) came later and are not counted as
+members: two and three waves a turn, an offset that changes with time, widths with exponential sides, free gain curves.
 
 {forms}
 
