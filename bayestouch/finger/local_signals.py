@@ -184,6 +184,7 @@ def _of_degree(
     for each in levels:
         compared[:, each.places] = each.centre + rng.standard_normal((COMPARED, len(each.centre))) * each.sd
     signals, slopes = list[tuple[Polynomials, ...]](), list[tuple[Polynomials, ...]]()
+    # Slopes weigh little, and two degrees of them are left out: twice as many nodes for each term average over these.
     for_slopes = int(2 * NODES * len(powers(SLOPE_DEGREE, variables)))
     slope_nodes, slope_noise = nodes[COMPARED : COMPARED + for_slopes], noise / model.load[:, None]
     exact: Evaluated | None = None

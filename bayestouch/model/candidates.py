@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, singledispatch
+from functools import singledispatch
 from itertools import product
 
 import numpy as np
@@ -118,20 +118,24 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
 def _changes(effect: Effect, fitted: Fitted) -> Callable[[Values], list[Predicted]]:
     """Change of the prediction by each amplitude of an effect that is not in the model, at a probe.
 
-    What the probes have in common is computed once: the signal before an effect that acts on the signal, and the one
-    derivative of an effect whose values act through a basis (`Effect.by_place`).
+    What the probes have in common is computed once: the prediction at null amplitude, where the effect changes nothing,
+    the signal before an effect that acts on the signal, and the one derivative of an effect whose values act through a
+    basis (`Effect.by_place`).
     """
     model = fitted.model.with_effects((*fitted.model.effects, effect))
-    before = model.extended(fitted.vector, effect.without(effect.probes[0]))
-    begun = None if effect.changes_pose or effect.changes_finger else model.signal(before)
+    nothing = effect.without(effect.probes[0])
+    before = model.extended(fitted.vector, nothing)
     slopes = model.of_basis(effect, before)
-    predicted = cache(lambda values: _predicted(model, model.extended(fitted.vector, values), begun))
+    if slopes is not None:
+        return lambda probe: [_times(probe[i] - nothing[i], slopes[i]) for i in effect.amplitudes]
+    begun = None if effect.changes_pose or effect.changes_finger else model.signal(before)
+    at_null = _predicted(model, before, begun)
 
     def at(probe: Values) -> list[Predicted]:
         null = effect.without(probe)
-        if slopes is not None:
-            return [_times(probe[i] - null[i], slopes[i]) for i in effect.amplitudes]
-        return [_less(predicted((*null[:i], probe[i], *null[i + 1 :])), predicted(null)) for i in effect.amplitudes]
+        alone = ((*null[:i], probe[i], *null[i + 1 :]) for i in effect.amplitudes)
+        vectors = (model.extended(fitted.vector, values) for values in alone)
+        return [_less(_predicted(model, vector, begun), at_null) for vector in vectors]
 
     return at
 
