@@ -34,7 +34,7 @@ from bayestouch.finger.empirical.reading import reading_table
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.reading.covariance import reading_covariance
-from bayestouch.finger.reading.modes import find_modes, with_whitener
+from bayestouch.finger.reading.modes import find_modes, hessian_at, with_whitener
 from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import (
     FingerPosterior,
@@ -153,13 +153,13 @@ def read(finger: Finger, name: str, *, draws: int = 256, every: int = 1, seed: i
     priors = IndenterPriors.of(chain, float(finger.means.load.mean()))
     table = reading_table(chain, *priors.location.support)
     posterior = FingerPosterior(chain, readings, priors, noise_whitener(noise, readings), table)
-    mode, hessian = find_modes(posterior)
+    mode = find_modes(posterior)
     covariance_of = finger.covariances[name]
     if covariance_of is not None:
         covariance = covariance_of(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(noise, readings, covariance))
-        mode, hessian = find_modes(posterior)
-    proposal = profile_proposal(posterior, mode, hessian)
+        mode = find_modes(posterior)
+    proposal = profile_proposal(posterior, mode, hessian_at(posterior, mode))
     drawn = sample_blocks(posterior.log_density, proposal, walkers=4, draws=draws, seed=seed).draws
     flat = drawn.reshape(-1, *drawn.shape[2:])
     radius, (true_radius, true_angle, load) = posterior.radius(flat[..., 0]), poses(touches, finger)

@@ -22,7 +22,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import CalibrationCovariance
 from bayestouch.finger.reading.draws import FingerSampler
-from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.modes import find_modes, hessian_at
 from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.reading.draws import DrawPlan, draw
@@ -77,9 +77,9 @@ def plain_emcee(sampler: FingerSampler, touches: TouchReadings) -> float:
         posterior = FingerPosterior(
             sampler.chain, one, sampler.priors, noise_whitener(sampler.noise, one), sampler.table
         )
-        mode, hessian = find_modes(posterior)
+        mode = find_modes(posterior)
         rng = np.random.default_rng(int(row))
-        root = np.linalg.cholesky(np.linalg.inv(hessian[0]))
+        root = np.linalg.cholesky(np.linalg.inv(hessian_at(posterior, mode)[0]))
         start = mode[0] + rng.standard_normal((PLAIN_WALKERS, 3)) @ root.T
         begun = time.process_time()
         ensemble = emcee.EnsembleSampler(

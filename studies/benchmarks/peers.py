@@ -34,7 +34,7 @@ sys.path.append(str(Path(__file__).parent))
 import many_touches
 
 from bayestouch.finger.reading.draws import FingerSampler
-from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.modes import find_modes, hessian_at
 from bayestouch.finger.reading.reader import FingerPosterior, TouchReadings, noise_whitener
 from bayestouch.reading.draws import DrawPlan, draw
 from bayestouch.sampling.diagnostics import ess_bulk
@@ -66,7 +66,7 @@ def written(sampler: FingerSampler, touches: TouchReadings, path: Path) -> None:
     posterior = FingerPosterior(
         sampler.chain, touches, sampler.priors, noise_whitener(sampler.noise, touches), sampler.table
     )
-    mode, hessian = find_modes(posterior)
+    mode = find_modes(posterior)
     table = sampler.table
     grid = (table.kappa_scale, table.kappa_first, table.kappa_step, table.angle_first, table.angle_step)
     np.savez(
@@ -80,7 +80,7 @@ def written(sampler: FingerSampler, touches: TouchReadings, path: Path) -> None:
         load=touches.load,
         load_sd=touches.load_sd,
         mode=mode,
-        root=np.linalg.cholesky(np.linalg.inv(hessian)),
+        root=np.linalg.cholesky(np.linalg.inv(hessian_at(posterior, mode))),
     )
 
 

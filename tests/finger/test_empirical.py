@@ -419,7 +419,7 @@ def test_touches_are_read_with_an_empirical_chain() -> None:
     misses = []
     for finger, lookup in ((truth, None), (truth, table), (chain, None)):
         posterior = FingerPosterior(finger, touches, priors, noise_whitener(noise, touches), lookup)
-        mode, _ = find_modes(posterior)
+        mode = find_modes(posterior)
         misses.append(posterior.radius(mode[:, 0]) - pose[0])
     # Noise of 0.1 % of the peak leaves an sd of some 0.05 mm in R; the Jacobian of the coordinate and the table's
     # interpolation (1e-4 of the peak) each pull the mode by a tenth of that.

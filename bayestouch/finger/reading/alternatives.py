@@ -139,7 +139,7 @@ def propose_alternatives(
     posterior : FingerPosterior
         Posterior whose prior of R is a `RadiusOfTips`.
     mode, hessian : (t, 3), (t, 3, 3) arrays
-        From `find_modes` with the `search_prior`.
+        From `find_modes` and `hessian_at` with the `search_prior`.
 
     Returns
     -------

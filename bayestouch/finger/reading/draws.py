@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.alternatives import propose_alternatives, search_prior
-from bayestouch.finger.reading.modes import find_modes, with_whitener
+from bayestouch.finger.reading.modes import find_modes, hessian_at, with_whitener
 from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import (
     CalibratedFinger,
@@ -124,12 +124,13 @@ class FingerSampler:
         some = touches.select(rows)
         search = replace(self.priors, radius=search_prior(self.priors.radius, self.chain.outer_radius_mm))
         posterior = FingerPosterior(self.chain, some, search, noise_whitener(self.noise, some), self.table)
-        mode, hessian = find_modes(posterior)
+        mode = find_modes(posterior)
         covariance_of = self.reading_covariance if some.context is None else some.context.covariance
         if covariance_of is not None:
             covariance = covariance_of(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
             posterior = with_whitener(posterior, full_whitener(self.noise, some, covariance))
-            mode, hessian = find_modes(posterior, mode)
+            mode = find_modes(posterior, mode)
+        hessian = hessian_at(posterior, mode)
         posterior = replace(posterior, priors=self.priors)
         proposal: BlockProposal
         if isinstance(self.priors.radius, RadiusOfTips):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import CalibrationCovariance, reading_covariance
-from bayestouch.finger.reading.modes import difference_steps, find_modes
+from bayestouch.finger.reading.modes import difference_steps, find_modes, hessian_at
 from bayestouch.finger.reading.reader import (
     CalibratedFinger,
     FingerPosterior,
@@ -95,7 +95,7 @@ class FingerMisfit:
             load=np.full(touches.n_touches, np.nan) if out[m] else touches.load,
         )
         posterior = FingerPosterior(self.chain, touches, self.priors, noise_whitener(self.noise, touches), self.table)
-        mode, _ = find_modes(posterior)
+        mode = find_modes(posterior)
         touch = (posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         jacobian = self._calibration_jacobian(touch)
         if jacobian is None:
@@ -105,7 +105,8 @@ class FingerMisfit:
             covariance = reading_covariance(jacobian, self.reading_covariance.covariance)
         whitener = full_whitener(self.noise, touches, covariance)
         posterior = replace(posterior, whitener=whitener)
-        mode, hessian = find_modes(posterior)
+        mode = find_modes(posterior)
+        hessian = hessian_at(posterior, mode)
         signal, slope = self._expand(posterior, mode)
         weight = _weight(touches, whitener)
         # With a normal prior, the inverse covariance of all readings times their deviation from the prior prediction

@@ -22,8 +22,8 @@ KEPT = 2
 MAX_ITERATIONS = 40
 
 
-def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
-    """Mode and Hessian of the posterior of every touch, in the coordinates ``(w, θ_c, P)``.
+def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> FloatArray:
+    """Mode of the posterior of every touch in the coordinates ``(w, θ_c, P)``, (t, 3).
 
     A template search over location at a few radii gives starts. A damped Gauss-Newton method optimises them, all
     touches and starts together; the best result is returned.
@@ -34,25 +34,23 @@ def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> t
         Posterior of the touches.
     start : (t, 3) array, optional
         Starting values instead of a search, e.g. modes for another covariance of the readings.
-
-    Returns
-    -------
-    (t, 3) array, (t, 3, 3) array
-        Mode, and Gauss-Newton Hessian of minus the log density at the mode.
     """
     if start is not None:
-        x, _, hessian = _climb(posterior, start, np.arange(len(start)))
-        return x, hessian
+        return _climb(posterior, start, np.arange(len(start)))[0]
     starts = _starts(posterior)
     t = len(starts)
     s = KEPT
     order = posterior.log_density(starts, np.arange(t)).argsort(axis=1)[:, ::-1][:, :s]
     starts = np.take_along_axis(starts, order[..., None], axis=1)
     blocks = np.repeat(np.arange(t), s)
-    x, value, hessian = _climb(posterior, starts.reshape(t * s, 3), blocks)
+    x, value = _climb(posterior, starts.reshape(t * s, 3), blocks)
     best = value.reshape(t, s).argmax(axis=1)
-    rows = np.arange(t) * s + best
-    return x[rows], hessian[rows]
+    return np.asarray(x[np.arange(t) * s + best])
+
+
+def hessian_at(posterior: FingerPosterior, mode: FloatArray) -> FloatArray:
+    """Gauss-Newton Hessian of minus the log density of every touch at its mode (t, 3), (t, 3, 3)."""
+    return _expansion(posterior, mode, np.arange(len(mode)))[1]
 
 
 def _starts(posterior: FingerPosterior) -> FloatArray:
@@ -91,10 +89,8 @@ def _row_norm(whitener: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.einsum("tij,tij->tj", whitener, whitener)))
 
 
-def _climb(
-    posterior: FingerPosterior, start: FloatArray, blocks: IntArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Damped Gauss-Newton from starts (n, 3) of the touches `blocks` (n,): mode, log density, Hessian."""
+def _climb(posterior: FingerPosterior, start: FloatArray, blocks: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Damped Gauss-Newton from starts (n, 3) of the touches `blocks` (n,): mode and log density."""
     x = start.copy()
     value = posterior.log_density(x[:, None], blocks)[:, 0]
     damping = np.full(len(x), 1e-2)
@@ -114,8 +110,7 @@ def _climb(
         if not going.any():
             break
         active = active[going]
-    _, hessian = _expansion(posterior, x, blocks)
-    return x, value, hessian
+    return x, value
 
 
 def difference_steps(x: FloatArray) -> FloatArray:

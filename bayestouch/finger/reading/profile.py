@@ -194,7 +194,7 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
     posterior : FingerPosterior
         Posterior with its reading table.
     mode, hessian : (t, 3), (t, 3, 3) arrays
-        From `find_modes`.
+        From `find_modes` and `hessian_at`.
     """
     spread = np.sqrt(np.linalg.inv(hessian)[:, 0, 0])
     low = np.clip(mode[:, 0] - REACH * spread, -FURTHEST, FURTHEST - 1.0)

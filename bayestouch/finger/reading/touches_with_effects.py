@@ -85,11 +85,11 @@ def prepare(
         posterior = FingerPosterior(
             sampler.chain, readings, sampler.priors, noise_whitener(noise, readings), sampler.table
         )
-        mode, _ = find_modes(posterior, start)
+        mode = find_modes(posterior, start)
         radius = posterior.radius(mode[:, 0])
         covariance = current.covariance(radius, mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(noise, readings, covariance))
-        mode, _ = find_modes(posterior, mode)
+        mode = find_modes(posterior, mode)
         start = mode
         if corrects_load:
             loads = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd, exact=plug_in)

@@ -95,7 +95,7 @@ def fit_points(
     wide = IndenterPriors.of(chain, float(calibration.settings["typical_load"]))
     priors = IndenterPriors(_FlatInLogit(finger.outer_radius_mm), wide.location, wide.load)
     posterior = FingerPosterior(chain, readings, priors, noise_whitener(calibration.noise, readings))
-    mode, _ = find_modes(posterior)
+    mode = find_modes(posterior)
     radius = posterior.radius(mode[:, 0])
     return PointFits(
         R=radius,

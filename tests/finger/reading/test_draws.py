@@ -14,7 +14,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import reading_covariance
-from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.modes import find_modes, hessian_at
 from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import (
     FingerPosterior,
@@ -114,7 +114,9 @@ def agree_with_quadrature(cases: np.ndarray, load_known: bool, **options: Any) -
     chain = paper_finger()
     touches = readings_of(chain, cases[:, 0], np.radians(cases[:, 1]), 11, load_known)
     posterior = posterior_of(touches, chain)
-    mode, hessian = find_modes(replace(posterior, table=None))
+    exact = replace(posterior, table=None)
+    mode = find_modes(exact)
+    hessian = hessian_at(exact, mode)
     proposal = profile_proposal(posterior, mode, hessian)
     drawn = sample_blocks(posterior.log_density, proposal, walkers=4, seed=2, **options)
     draws = drawn.draws.reshape(-1, len(cases), 3)
@@ -146,8 +148,8 @@ def test_table_is_the_chain_to_within_a_hundredth_of_the_log_likelihood() -> Non
     radius, angle = rng.uniform(0.3, 12.6, 64), rng.uniform(-0.9, 0.9, 64)
     posterior = posterior_of(readings_of(chain, radius, angle, 3, True), chain)
     exact = replace(posterior, table=None)
-    mode, hessian = find_modes(exact)
-    root = np.linalg.cholesky(np.linalg.inv(hessian))
+    mode = find_modes(exact)
+    root = np.linalg.cholesky(np.linalg.inv(hessian_at(exact, mode)))
     x = mode[:, None] + np.einsum("bij,bwj->bwi", root, rng.standard_normal((64, 16, 3)))
     difference = posterior.log_density(x, np.arange(64)) - exact.log_density(x, np.arange(64))
     assert np.abs(difference - np.median(difference, axis=1, keepdims=True)).max() < 0.03
@@ -158,7 +160,7 @@ def test_modes_are_maxima_whatever_the_radius() -> None:
     rng = np.random.default_rng(9)
     radius, angle = rng.uniform(0.05, 12.65, 200), rng.uniform(-1.0, 1.0, 200)
     posterior = replace(posterior_of(readings_of(chain, radius, angle, 4, True), chain), table=None)
-    mode, _ = find_modes(posterior)
+    mode = find_modes(posterior)
     blocks = np.arange(200)
     at_mode = posterior.log_density(mode[:, None], blocks)[:, 0]
     truth = np.stack([np.log(radius / (12.7 - radius)), angle, np.full(200, 200.0)], axis=-1)
@@ -253,7 +255,8 @@ def test_proposal_density_is_that_of_its_draws() -> None:
     chain = paper_finger()
     touches = readings_of(chain, HARD[:, 0], np.radians(HARD[:, 1]), 12, True)
     posterior = posterior_of(touches, chain)
-    proposal = profile_proposal(posterior, *find_modes(posterior))
+    mode = find_modes(posterior)
+    proposal = profile_proposal(posterior, mode, hessian_at(posterior, mode))
     x, log_q = proposal.draw(BlockStreams(1, range(len(HARD))), 20_000)
     np.testing.assert_allclose(proposal.log_density(x), log_q, atol=1e-9)
     # any normalised density inside the proposal's support has mean weight 1: a normal a third as wide

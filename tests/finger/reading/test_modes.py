@@ -12,7 +12,7 @@ from bayestouch.finger.reading import modes as module
 
 
 def test_a_climb_ends_with_the_first_step_that_gains_next_to_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A thousandth off the top of a standard normal density there is 5e-7 to gain: one step, and a last look."""
+    """A thousandth off the top of a standard normal density there is 5e-7 to gain: one step."""
     looks = []
 
     def expansion(posterior: Any, x: np.ndarray, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -21,7 +21,7 @@ def test_a_climb_ends_with_the_first_step_that_gains_next_to_nothing(monkeypatch
 
     monkeypatch.setattr(module, "_expansion", expansion)
     posterior: Any = SimpleNamespace(log_density=lambda x, blocks: -0.5 * (x**2).sum(axis=-1))
-    top, value, _ = module._climb(posterior, np.array([[0.001, 0.0, 0.0]]), np.arange(1))
-    assert looks == [1, 1]
+    top, value = module._climb(posterior, np.array([[0.001, 0.0, 0.0]]), np.arange(1))
+    assert looks == [1]
     np.testing.assert_allclose(top, np.zeros((1, 3)), atol=2e-5)
     np.testing.assert_allclose(value, [0.0], atol=1e-9)

@@ -136,7 +136,7 @@ def test_drifts_are_looked_for_only_where_there_are_any(
         "noise_whitener": lambda *given: None,
         "full_whitener": lambda *given: None,
         "with_whitener": lambda posterior, whitener: posterior,
-        "find_modes": lambda posterior, start: (MODE, None),
+        "find_modes": lambda posterior, start: MODE,
         "_evidence": lambda *given: SimpleNamespace(about_addition=lambda: (None, None)),
         "_predicted": lambda *given: None,
         "_columns": lambda *given: None,
