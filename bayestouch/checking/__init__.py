@@ -93,22 +93,22 @@ class DataCheck(Summarised):
         Raises
         ------
         InputError
-            The image cannot be written.
+            The image cannot be written, or is none of .png, .svg and .pdf.
         """
         from matplotlib.figure import Figure
 
         from bayestouch.data.files import replacing
 
         kind = Path(path).suffix.lstrip(".").lower() or "png"
+        # Other formats of Matplotlib need programs that may not be there, such as LaTeX.
+        if kind not in ("png", "svg", "pdf"):
+            raise InputError("expected a name that ends in .png, .svg or .pdf", file=path)
         figure = Figure(figsize=(8.0, 6.4), layout="constrained")
         above, below = figure.subplots(2, 1)
         self.plot_touches(above)
         self.plot_readings(below)
         with replacing(path) as temporary:
-            try:
-                figure.savefig(temporary, format=kind, dpi=110)
-            except ValueError:
-                raise InputError("expected a name that ends in .png, .svg or .pdf", file=path) from None
+            figure.savefig(temporary, format=kind, dpi=110)
 
     def summary_lines(self) -> list[str]:
         """Lines of the ``repr``."""

@@ -49,7 +49,8 @@ def _elements(means: dict[str, TouchMeans]) -> list[dict[str, Any]]:
     """Peak (largest absolute mean reading without the no-contact reading) and noise of one reading, by element."""
     readings = np.concatenate([table.readings for table in means.values()])
     some = np.isfinite(readings)
-    peak = np.where(some.any(axis=0), np.max(np.where(some, np.abs(readings), -np.inf), axis=0), np.nan)
+    largest = np.max(np.where(some, np.abs(readings), -np.inf), axis=0, initial=-np.inf)
+    peak = np.where(some.any(axis=0), largest, np.nan)
     # noise from the table with the most repeated readings
     noisiest = max(means.values(), key=lambda table: float(np.sum(table.pure_error_dof)))
     noise = np.sqrt(noisiest.pure_error_variance)

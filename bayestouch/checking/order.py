@@ -19,11 +19,16 @@ SCAN = (
 def in_scan_order(means: TouchMeans) -> bool:
     """Whether touches that follow each other are nearer in place than others; False for too few touches.
 
-    The median distance of touches that follow each other is compared with that of the same touches in random order. The
-    few long ways back of a scan line by line do not matter to it.
+    They follow each other in time if all times are known, otherwise in the table. The median distance of touches that
+    follow each other is compared with that of the same touches in random order. The few long ways back of a scan line
+    by line do not matter to it.
     """
     axes = [axis for axis in (means.angle_deg, means.x_mm, means.y_mm) if axis is not None]
-    place = np.stack(axes, axis=1) if axes else np.zeros((0, 1))
+    if not axes:
+        return False
+    place = np.stack(axes, axis=1)
+    if np.isfinite(means.time_s).all():  # a table may list the touches in another order
+        place = place[np.argsort(means.time_s, kind="stable")]
     place = place[np.isfinite(place).all(axis=1)]
     if len(place) < ENOUGH:
         return False

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.touches import Touches
 
 
@@ -49,8 +50,8 @@ def touches_by_indenter(calibration: Touches | None, touches: Touches) -> list[d
         if table is None:
             continue
         rows = table.in_contact
-        _, first = np.unique(table.touch[rows], return_index=True)
-        radius = table.indenter_radius_mm[rows][first]
+        ids, group = groups(table.touch[rows])
+        radius = first_of(table.indenter_radius_mm[rows], group, len(ids))
         for value in known_indenters(radius):
             counts.setdefault(float(value), [0, 0])[column] = int((radius == value).sum())
         if np.isnan(radius).any():

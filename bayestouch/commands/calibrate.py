@@ -77,10 +77,12 @@ def calibrate(
     Example: bayestouch calibrate my-finger -o calibration.nc
     """
     import bayestouch
+    from bayestouch.data.dataset import dataset_files
     from bayestouch.effects import read_model
     from bayestouch.priors.prior_text import priors_from_text
 
-    check_output(output)
+    of_model = () if model is None else (model, model / "model.toml")
+    check_output(output, *dataset_files(dataset), *like, *of_model)
     data = dataset_at(dataset)
     effects = None if model is None else read_model(model_at(model, dataset))
     stated = priors_from_text(priors)

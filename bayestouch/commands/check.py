@@ -22,9 +22,10 @@ def check(dataset: Path, plot: Path | None, quiet: bool, as_json: bool) -> None:
     Example: bayestouch check my-finger --plot my-finger.png
     """
     import bayestouch
+    from bayestouch.data.dataset import dataset_files
 
     if plot is not None:
-        check_output(plot)
+        check_output(plot, *dataset_files(dataset))
     checked = bayestouch.check(dataset_at(dataset))
     if plot is not None:
         checked.save_plot(plot)

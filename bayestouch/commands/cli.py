@@ -78,6 +78,11 @@ def main(arguments: list[str] | None = None) -> int:
         return _fail(str(error), 2)
     except Interrupted as stop:
         return _fail(str(stop), STOPPED)
+    except OSError as error:
+        # A path that may not be looked at; an error without a file is a fault of the package, and needs its traceback.
+        if error.filename is None:
+            raise
+        return _fail(f"{error.filename}: {error.strerror or error}", 2)
     except click.ClickException as error:
         return _fail(" ".join([*error.format_message().split(), *_example(error)]), 2)
     except (click.Abort, KeyboardInterrupt):

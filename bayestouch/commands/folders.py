@@ -53,14 +53,14 @@ def workplace(folder: Path) -> Workplace:
         names.get(kind, []).append(file.name)
 
     def folders_with(marker: str) -> tuple[str, ...]:
-        here = (".",) if (folder / marker).is_file() else ()
-        return here + tuple(each.name for each in inside if (each / marker).is_file())
+        here = (".",) if _is_file(folder / marker) else ()
+        return here + tuple(each.name for each in inside if _is_file(each / marker))
 
     tables = [each.name for each in inside if each.name in _TABLES or (each.suffix == ".csv" and _is_table(each))]
     tables.sort(key=lambda name: name not in _TABLES)
     return Workplace(
         datasets=folders_with("sensor.toml"),
-        tables=() if (folder / "sensor.toml").is_file() else tuple(tables),
+        tables=() if _is_file(folder / "sensor.toml") else tuple(tables),
         calibrations=tuple(names["calibration"]),
         posteriors=tuple(names["touches"]),
         diagnoses=folders_with("diagnosis.json"),
@@ -73,6 +73,14 @@ def _age(file: Path) -> tuple[float, str]:
         return -file.stat().st_mtime, file.name
     except OSError:
         return 0.0, file.name
+
+
+def _is_file(file: Path) -> bool:
+    """True for a file; False too where the system does not let us look (folder of somebody else, name too long)."""
+    try:
+        return file.is_file()
+    except OSError:
+        return False
 
 
 def _is_table(file: Path) -> bool:
@@ -92,7 +100,7 @@ def _begin(file: Path) -> str:
 
 def _without_touches(folder: Path) -> bool:
     """True for a data set that was started, and whose tables have a header alone."""
-    begun = [_begin(folder / name) for name in ("touches.csv", "calibration.csv") if (folder / name).is_file()]
+    begun = [_begin(folder / name) for name in ("touches.csv", "calibration.csv") if _is_file(folder / name)]
     return bool(begun) and not any(text.strip().count("\n") for text in begun)
 
 

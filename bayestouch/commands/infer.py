@@ -73,7 +73,7 @@ def infer(
     from bayestouch.results.reading import load_grades
     from bayestouch.results.schema import chosen_groups
 
-    check_output(output)
+    check_output(output, touches, calibration)
     options = Options(
         indenter=None if indenter is None else indenter_from_text(indenter),
         plug_in=plug_in,

@@ -20,19 +20,28 @@ class Interrupted(Exception):
         super().__init__(f"stopped; {hint}" if hint else "stopped, nothing was written")
 
 
-def check_output(path: Path) -> None:
-    """Raise an error if a file cannot be written at this path, before the computation starts."""
-    if not path.parent.is_dir():
+def check_output(path: Path, *inputs: Path) -> None:
+    """Raise an error if a file cannot be written at this path, or is an input, before the computation starts."""
+    from bayestouch.data.files import check_not_read, check_writable
+
+    if not path.parent.exists():
         folder = shlex.quote(str(path.parent))
         raise InputError(f"the folder to write into does not exist; make it with: mkdir -p {folder}", file=path.parent)
     if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
+    check_writable(path)
+    check_not_read(path, inputs)
 
 
 def check_folder(path: Path) -> None:
     """Raise an error if a folder cannot be written at this path, before the computation starts."""
+    from bayestouch.data.files import check_writable
+
     if path.exists() and not path.is_dir():
         raise InputError("expected the name of a folder to write, this is a file", file=path)
+    check_writable(path)
+    if path.is_dir():  # its files are replaced one by one
+        check_writable(path / "index.html")
 
 
 def say(

@@ -1,4 +1,4 @@
-"""Conversion of user input to arrays of a given type and shape, and quantiles of draws."""
+"""Conversion of user input to arrays of a given type and shape, differences of angles, and quantiles of draws."""
 
 from __future__ import annotations
 
@@ -16,9 +16,31 @@ MAX_ID = 2**53
 
 
 def quantiles(draws: FloatArray, probabilities: Sequence[float], axis: int | tuple[int, ...]) -> FloatArray:
-    """Quantiles of draws, interpolated linearly; without interpolation if a draw is infinite (r_c of a flat)."""
-    method = "linear" if np.isfinite(draws).all() else "inverted_cdf"
-    return np.asarray(np.quantile(draws, probabilities, axis=axis, method=method))  # type: ignore[call-overload]  # the stubs want a literal
+    """Quantiles of draws along some axes, interpolated linearly.
+
+    Where one of these draws is infinite (r_c of a flat), the quantile is one of them: the smallest that at least this
+    share of them does not exceed. Draws at other places of the remaining axes do not matter.
+    """
+    finite = np.isfinite(draws).all(axis=axis)
+    with np.errstate(invalid="ignore"):  # between infinite draws, which are replaced
+        between = np.quantile(draws, probabilities, axis=axis)
+    if finite.all():
+        return np.asarray(between)
+    return np.where(finite, between, np.quantile(draws, probabilities, axis=axis, method="inverted_cdf"))
+
+
+def turned(degrees: npt.ArrayLike) -> FloatArray:
+    """Differences of angles, in degree, as the shorter way around the circle: from -180 to below 180."""
+    return np.asarray((np.asarray(degrees, dtype=np.float64) + 180) % 360 - 180)
+
+
+def nearest_turn(degrees: FloatArray, to: FloatArray) -> FloatArray:
+    """Angles in degree, with as many whole turns added as bring them nearest to other angles.
+
+    Angles that are within half a turn of the others are unchanged to the bit; one that is not finite becomes NaN.
+    """
+    with np.errstate(invalid="ignore"):
+        return np.asarray(degrees + 360 * np.round((to - degrees) / 360))
 
 
 def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

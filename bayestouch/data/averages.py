@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
+from bayestouch.data.arrays import turned
 from bayestouch.data.grouping import first_of, grouped_mean, groups
 from bayestouch.data.sample_rows import SampleRows
 from bayestouch.errors import InputError
@@ -185,8 +186,7 @@ def _load_error(load: FloatArray, group: IntArray, n: int, reads: FloatArray) ->
 
 def _mean_angle(angle: FloatArray, group: IntArray, n: int, weights: FloatArray) -> FloatArray:
     first = first_of(angle, group, n)
-    turned = (angle - first[group] + 180) % 360 - 180
-    return first + grouped_mean(turned, group, n, weights)
+    return first + grouped_mean(turned(angle - first[group]), group, n, weights)
 
 
 def _one_indenter(radius: FloatArray, ids: IntArray, group: IntArray) -> FloatArray:

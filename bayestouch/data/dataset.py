@@ -19,7 +19,7 @@ from bayestouch.output.text import plural
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_FORMATS = ("csv", "parquet")
+_TABLES, _FORMATS = ("touches", "calibration"), ("csv", "parquet")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,13 +70,16 @@ class DataSet(Summarised):
             check_fit(self.calibration, self.sensor, file="calibration")
 
     def to_dataframe(self) -> DataFrame:
-        """Return both tables as one data frame, one row per sample; column ``table`` names the table."""
+        """Return both tables as one data frame, one row per sample; column ``table`` names the table.
+
+        A further column of the tables that is called ``table`` is left out.
+        """
         import pandas as pd
 
         tables = {"calibration": self.calibration, "touches": self.touches}
         return pd.concat(
             [
-                pd.DataFrame({"table": name, **table_columns(table, self.sensor, name)})
+                pd.DataFrame({"table": name} | table_columns(table, self.sensor, name) | {"table": name})
                 for name, table in tables.items()
                 if table is not None and table.n_rows
             ],
@@ -173,7 +176,8 @@ def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "par
     """Write a data set to a folder (created if necessary); `load_dataset` returns the same data.
 
     After all new files are written, they replace those of a data set that was in the folder before; old tables
-    that the new data set does not have are removed. Other files remain. If a file cannot be written, nothing changes.
+    that the new data set does not have are removed. Other files remain. If a file cannot be written, or has the name of
+    a folder, nothing changes.
 
     Parameters
     ----------
@@ -211,8 +215,17 @@ def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "par
         if touches is not None:
             target = folder / f"{name}.{format}"
             writers[target] = touches_writer(touches, target, dataset.sensor)
+    old = [file for file in dataset_files(folder) if file not in writers]
+    for file in old:
+        if file.is_dir():
+            raise InputError("expected no folder of this name beside the tables of a data set", file=file)
     write_together(writers)
-    _remove([folder / f"{name}.{f}" for name in tables for f in _FORMATS if folder / f"{name}.{f}" not in writers])
+    _remove(old)
+
+
+def dataset_files(folder: Path) -> list[Path]:
+    """Return the paths that files of a data set can have."""
+    return [folder / "sensor.toml", *(folder / f"{name}.{f}" for name in _TABLES for f in _FORMATS)]
 
 
 def _table(folder: Path, name: str) -> Path | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -26,8 +26,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         The folder cannot be written to. An `InputError` from the block that names no file is raised with `path`.
     """
     target = Path(path)
-    # Not `tempfile`: it would set mode 0600 regardless of the umask.
-    temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.tmp")
+    temporary = target.with_name(temporary_name(target.name))
     try:
         yield temporary
         temporary.replace(target)
@@ -38,6 +37,48 @@ def replacing(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def temporary_name(name: str) -> str:
+    """Return a new name for a temporary file or folder, which will be renamed to `name`."""
+    # Not `tempfile`: it would set mode 0600 regardless of the umask. The name is cut: with more behind it, it could be
+    # longer than file systems allow, 255 bytes on most, of which a character takes up to four.
+    return f".{name[:40]}.{uuid.uuid4().hex}.tmp"
+
+
+def check_writable(path: str | Path) -> None:
+    """Raise an error if no file or folder can be written at this path, whose folders may have to be made.
+
+    An empty temporary file is written in the nearest folder that exists, and removed.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    target = Path(path)
+    try:
+        target.exists()  # raises an error for a name that is too long
+        whole = target.absolute()
+        nearest = next((each for each in whole.parents if each.exists()), whole)
+        trial = nearest / temporary_name(whole.name)
+        trial.touch(exist_ok=False)
+        trial.unlink()
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}", file=target) from error
+
+
+def check_not_read(path: str | Path, inputs: Iterable[str | Path]) -> None:
+    """Raise an error if the file to be written is one of the inputs, which would be lost.
+
+    Raises
+    ------
+    InputError
+        It is one of them, under this name or another one.
+    """
+    target = Path(path)
+    if target.exists() and any(Path(each).exists() and target.samefile(each) for each in inputs):
+        raise InputError("is read, so that it cannot be the output too; give another name", file=target)
 
 
 def write_together(writers: Mapping[Path, Callable[[Path], None]]) -> None:
@@ -51,10 +92,13 @@ def write_together(writers: Mapping[Path, Callable[[Path], None]]) -> None:
     Raises
     ------
     InputError
-        As `replacing`.
+        As `replacing`, or a path is a folder; then no file is replaced.
     """
     with ExitStack() as stack:
         for path, write in writers.items():
+            # A folder is found only when the file is renamed, and others have been renamed before it.
+            if path.is_dir():
+                raise InputError("expected the name of a file to write, this is a folder", file=path)
             write(stack.enter_context(replacing(path)))
 
 

@@ -111,10 +111,17 @@ class Finger(Summarised):
 
     @property
     def pitch_deg(self) -> float | None:
-        """Median angle between neighbouring elements, degree; None for one element."""
+        """Median angle between neighbouring elements, degree; None for one element.
+
+        The largest gap around the circle does not count: there the row of elements ends.
+        """
         if self.n_elements < 2:
             return None
-        return float(np.median(np.diff(np.sort(self.element_angles_deg))))
+        angles = np.sort(self.element_angles_deg)
+        if angles[-1] - angles[0] >= 360:
+            angles = np.sort(angles % 360)
+        gaps = np.append(360 - (angles[-1] - angles[0]), np.diff(angles))
+        return float(np.median(np.delete(gaps, np.argmax(gaps))))
 
     def as_built(self) -> tuple[tuple[str, Any, str], ...]:
         """Return the rows (quantity, value, unit) of a table of the geometry; the value is None if unknown."""

@@ -94,7 +94,7 @@ def plain_rows(
     numbers = {name: np.array(frame[k], dtype=np.float64) for k, name in numeric.items()}
     missing = {k: rows for k, name in numeric.items() if len(rows := np.flatnonzero(np.isnan(numbers[name])))}
     # Only where a number is missing may a row be empty, or a cell hold a word.
-    if (missing or not numeric) and cells.empty.all(axis=1).any():
+    if (missing or not numeric) and cells.some_row_is_blank:
         return None
     words = {k: rows[~cells.empty[rows, k]].tolist() for k, rows in missing.items()}
     if any(cells.text(row, k).strip().lower() not in MISSING for k, rows in words.items() for row in rows):
@@ -161,6 +161,14 @@ class _Cells:
     def empty(self) -> BoolArray:
         """True for cells without content, shape (n_rows, width)."""
         return np.asarray(np.diff(self.marks, prepend=-1).reshape(-1, self.width) == 1)
+
+    @property
+    def some_row_is_blank(self) -> bool:
+        """True if a row has nothing but spaces in its cells."""
+        raw = np.frombuffer(self.data, np.uint8)
+        ends = np.flatnonzero(raw == ord("\n"))
+        ink = ~np.isin(raw, np.frombuffer(f" \t\n{self.separator}".encode(), np.uint8))
+        return not np.logical_or.reduceat(ink, np.append(0, ends[:-1] + 1)).all()
 
     def hold(self, mark: str, columns: npt.ArrayLike) -> bool:
         """Return True if a character occurs in a cell of these columns."""

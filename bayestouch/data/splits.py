@@ -114,7 +114,7 @@ def with_calibration(dataset: DataSet, cell: float | None = None) -> DataSet:
 def _locations(touches: Touches) -> tuple[list[FloatArray], IntArray]:
     """Coordinates of each touch, and the index of the touch of each row."""
     ids, group = groups(touches.touch)
-    angle = None if touches.angle_deg is None else touches.angle_deg % 360
+    angle = None if touches.angle_deg is None else _around(touches.angle_deg)
     columns = [values for values in (angle, touches.x_mm, touches.y_mm) if values is not None]
     if not columns:
         raise InputError("touches without a reference location cannot be split by location")
@@ -123,6 +123,12 @@ def _locations(touches: Touches) -> tuple[list[FloatArray], IntArray]:
         in_contact = first_of(np.where(touches.in_contact, values, np.nan), group, len(ids))
         coordinates.append(np.where(np.isnan(in_contact), first_of(values, group, len(ids)), in_contact))
     return coordinates, group
+
+
+def _around(degrees: FloatArray) -> FloatArray:
+    """Angles from 0 to 360 degree; those just below a whole turn, which are 0 with a rounding error, are below 0."""
+    once = degrees % 360
+    return np.where(once > 360 * (1 - _SAME), once - 360, once)
 
 
 def _lines(values: FloatArray) -> IntArray:

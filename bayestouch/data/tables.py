@@ -117,7 +117,7 @@ def _parse(stream: BinaryIO, file: Path, schema: Schema, notes: list[str]) -> It
             yield RawTable(header, plain.numbers, plain.texts, np.arange(at, at + plain.n_rows), notes=())
         elif chunk := list(islice(rows, CHUNK)):
             empty += _check_widths(chunk, len(header.names), file)
-            if full := [(at, cells) for at, cells in chunk if any(cells)]:
+            if full := [(at, cells) for at, cells in chunk if not _is_empty(cells)]:
                 some = True
                 yield _row_by_row(full, header, wanted, reader)
         else:
@@ -205,7 +205,12 @@ def _check_widths(chunk: Sequence[tuple[int, list[str]]], width: int, file: Path
     for row, cells in chunk:
         if len(cells) != width:
             raise InputError(f"expected {width} cells as in the header, got {len(cells)}", file=file, row=row)
-    return sum(not any(cells) for _, cells in chunk)
+    return sum(_is_empty(cells) for _, cells in chunk)
+
+
+def _is_empty(cells: Sequence[str]) -> bool:
+    """True for a row with nothing but spaces in its cells."""
+    return not any(cell.strip() for cell in cells)
 
 
 def _not_utf8(file: Path) -> InputError:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bayestouch.data.files import write_together
 from bayestouch.data.geometry import BODIES, geometries
+from bayestouch.data.tables import MAX_COLUMNS
 from bayestouch.errors import InputError, nearest
 
 _SENSOR = """\
@@ -39,7 +40,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
         Created if necessary; the sensor gets its name.
     body : {"finger", "pad"}
     elements : int
-        Number of elements; the tables have one column of readings for each.
+        Number of elements; the tables have one column of readings for each, and at most 10,000 columns.
 
     Returns
     -------
@@ -49,7 +50,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
     Raises
     ------
     InputError
-        The folder already contains one of these files, or cannot be written to.
+        The folder already contains one of these files, or cannot be written to; too many elements.
 
     Examples
     --------
@@ -62,8 +63,11 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
     if elements < 1:
         raise InputError(f"elements: expected at least one, got {elements}")
     kind, folder = geometries()[body], Path(folder)
+    known = ("touch", "sample", "indenter_radius_mm", *kind.all_location_columns, kind.load_column)
+    if elements > (most := MAX_COLUMNS - len(known)):
+        raise InputError(f"elements: expected at most {most}, for tables of {MAX_COLUMNS} columns, got {elements}")
     columns = tuple(f"e{e + 1:02d}" for e in range(elements))
-    header = ("touch", "sample", "indenter_radius_mm", *kind.all_location_columns, kind.load_column, *columns)
+    header = (*known, *columns)
     texts = {
         folder / "sensor.toml": _sensor(folder.resolve().name, body, columns),
         folder / "calibration.csv": ",".join(header) + "\n",
@@ -84,8 +88,9 @@ def _sensor(name: str, body: str, columns: tuple[str, ...]) -> str:
     geometry = geometries()[body].template.format(
         elements=len(columns), columns=columns[0] if len(columns) == 1 else f"{columns[0]} … {columns[-1]}"
     )
-    # A JSON string is a TOML string too.
-    return _SENSOR.format(name=json.dumps(name, ensure_ascii=False), body=body, geometry=geometry)
+    # A JSON string is a TOML string too. A file name may hold bytes that are no text in UTF-8.
+    in_utf8 = json.dumps(name, ensure_ascii=False).encode(errors="replace").decode()
+    return _SENSOR.format(name=in_utf8, body=body, geometry=geometry)
 
 
 def _write(text: str, path: Path) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bayestouch.data.arrays import turned
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import finger_of
@@ -28,9 +29,9 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     if known.angle_deg is None:
         yield "cannot be calibrated: no angle_deg"
         return
-    table = with_calibration(dataset).calibration
-    assert table is not None
     try:
+        table = with_calibration(dataset).calibration
+        assert table is not None
         KnownTouches.of(table.baseline_corrected().averaged(), finger)
     except InputError as error:
         yield f"cannot be calibrated: {error.message}"
@@ -40,7 +41,7 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     if not edges.size:
         yield "no knife edge to calibrate with: it determines the depth of each element best"
     elif pitch is not None:
-        nearest = np.abs((np.asarray(finger.element_angles_deg)[:, None] - edges + 180) % 360 - 180).min(axis=1)
+        nearest = np.abs(turned(np.asarray(finger.element_angles_deg)[:, None] - edges)).min(axis=1)
         bare = [f"e{e + 1:02d}" for e in np.flatnonzero(nearest > pitch / 2)]
         if bare:
             yield f"no knife edge within half a pitch ({pitch / 2:.3g}°) of {', '.join(bare)}"

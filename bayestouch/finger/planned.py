@@ -25,6 +25,7 @@ from bayestouch.model.planned import (
     Group,
     PlannedReadings,
     PlannedTouches,
+    alive_elements,
     one_row_each,
     planned_table,
     with_load_error,
@@ -91,7 +92,7 @@ def touch_slopes(predict: Predict, radius_mm: FloatArray, angle: FloatArray, loa
 def _parameters(calibration: Calibration, d: int) -> tuple[Group, ...]:
     """σ, μ and the depths of the elements that have readings, as functions of d unknowns."""
     m = calibration.sensor.n_elements
-    alive = np.flatnonzero(np.isfinite(calibration.rows.observed).any(axis=0))
+    alive = np.flatnonzero(alive_elements(calibration.rows.observed))
     eye = np.eye(d)
     # The unknown is log μ.
     mu = float(calibration.mode["mu"]) * eye[3 * m + 1 : 3 * m + 2]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.data.files import check_not_read
 from bayestouch.data.survey import survey
 from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, source_of
 from bayestouch.data.touches import Touches
@@ -111,8 +112,8 @@ def infer(
     Raises
     ------
     InputError
-        If the table does not fit the calibrated sensor or no row is in contact, the output cannot be written, or the
-        cluster cannot be reached.
+        If the table does not fit the calibrated sensor or no row is in contact, the output cannot be written or is
+        the file of the touches, or the cluster cannot be reached.
 
     Examples
     --------
@@ -154,6 +155,8 @@ def infer_to_file(
     path = Path(output)
     if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
+    if not isinstance(touches, Touches):
+        check_not_read(path, [touches])
     run, source = _run(touches, calibration, options)
     mark = fingerprint(source, calibration, options)
     read_to_file(run, options.kept, _executor(workers, scheduler), path, mark, progress)
@@ -177,5 +180,6 @@ def _run(touches: Touches | str | Path, calibration: Calibration, options: Optio
         source = InMemory(source.whole())
         found = survey(source)
     if not found.n_touches:
-        raise InputError("no row of the table is in contact: there is nothing to infer")
+        file = None if isinstance(touches, Touches) else touches
+        raise InputError("no row of the table is in contact: there is nothing to infer", file=file)
     return touch_run(body.reader(calibration, options), source, found, calibration, options), source

@@ -31,7 +31,8 @@ def new_folder(output: Path) -> Iterator[Path]:
     """
     if output.exists() and not output.is_dir():
         raise InputError("expected the name of a folder to write, this is a file", file=output)
-    temporary = output.absolute().parent / f".{output.absolute().name}.{uuid.uuid4().hex}.tmp"
+    # The name is cut, as in `bayestouch.data.files.temporary_name`.
+    temporary = output.absolute().parent / f".{output.absolute().name[:40]}.{uuid.uuid4().hex}.tmp"
     try:
         temporary.mkdir(parents=True)
     except OSError as error:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 from bayestouch.results.objects import TouchPosteriors
@@ -67,7 +68,8 @@ def observed_bias(posteriors: TouchPosteriors, name: str = "R", *, without: Arra
         If no touch has a reference.
     """
     radius, angle = posteriors.rows.radius_mm, posteriors.reference["theta_c"]
-    error = posteriors.mean(name) - posteriors.reference[name]
+    mean = posteriors.mean(name)
+    error = mean - _reference(posteriors.reference[name], mean, name)
     kept = np.isfinite(error) & ~np.isnan(radius) & np.isfinite(angle)
     kept &= ~np.isin(radius, np.asarray(without, dtype=float))
     if not kept.any():
@@ -204,9 +206,14 @@ def _interval(values: FloatArray) -> tuple[float, float]:
 def covered(posteriors: TouchPosteriors, name: str = "R", probability: float = 0.9) -> FloatArray:
     """1 if the central interval of a touch contains its reference, 0 if not, NaN without a reference; (t,)."""
     low, high = posteriors.interval(name, probability)
-    reference = posteriors.reference[name]
+    reference = _reference(posteriors.reference[name], (low + high) / 2, name)
     inside = ((reference >= low) & (reference <= high)).astype(float)
     return np.where(np.isfinite(reference), inside, np.nan)
+
+
+def _reference(stated: FloatArray, estimate: FloatArray, name: str) -> FloatArray:
+    """Reference values as stated, of a location within half a turn of its estimate."""
+    return nearest_turn(stated, estimate) if name == "theta_c" else stated
 
 
 def expected_coverage(noise_sd: ArrayLike, bias_rms: ArrayLike, probability: float = 0.9) -> FloatArray:
@@ -240,7 +247,7 @@ def variance_split(averaged: TouchPosteriors, single: TouchPosteriors, name: str
     of_single, of_average = single.mean(name), averaged.mean(name)
     reference = averaged.reference[name]
     return {
-        "total": float(np.nanstd(of_single - reference[place])),
-        "location": float(np.nanstd(of_average - reference)),
+        "total": float(np.nanstd(of_single - _reference(reference[place], of_single, name))),
+        "location": float(np.nanstd(of_average - _reference(reference, of_average, name))),
         "noise": float(np.nanstd(of_single - of_average[place])),
     }

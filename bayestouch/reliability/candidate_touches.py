@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
+from bayestouch.model.planned import alive_elements
 from bayestouch.results.objects import Calibration
 
 # Number of places along a line, and along each side of a plane.
@@ -38,7 +39,7 @@ def candidate_touches(
     loads : sequence of float, optional
         Loads, N/m on a finger and N on a pad; by default the mean load of the calibration.
     samples : int, optional
-        Samples that are averaged in a touch; by default the median of the calibration.
+        Samples that are averaged in a touch; by default the median of the calibration, rounded.
 
     Returns
     -------
@@ -48,7 +49,8 @@ def candidate_touches(
     Raises
     ------
     InputError
-        The places have another number of coordinates, or a load or the number of samples is not above zero.
+        The places have another number of coordinates, there are no loads, a load is not above zero or larger than the
+        calibration can predict, or the number of samples is not above zero.
 
     Examples
     --------
@@ -65,12 +67,15 @@ def candidate_touches(
     if where.ndim != 2 or where.shape[1] != len(columns):
         raise InputError(f"places: expected an array (n, {len(columns)}) of {' and '.join(columns)}")
     tips = np.unique(rows.radius_mm) if tips_mm is None else np.asarray(tips_mm, dtype=float)
-    load = [float(np.nanmean(rows.load))] if loads is None and np.isfinite(rows.load).any() else loads or [np.nan]
-    reads = float(np.median(rows.counts.max(axis=1))) if samples is None else float(samples)
-    if not (reads >= 1 and reads == int(reads)):
+    load = np.array([_usual(rows.load)]) if loads is None else np.atleast_1d(np.asarray(loads, dtype=float))
+    reads = float(np.round(np.median(rows.counts.max(axis=1)))) if samples is None else float(samples)
+    if not (1 <= reads < np.inf and reads == int(reads)):
         raise InputError(f"samples: expected a whole number above zero, got {reads:g}")
-    if not all(np.isnan(each) or each > 0 for each in load):
-        raise InputError("loads: expected numbers above zero")
+    # Beyond this load a finger has no contact table; a pad has no such limit.
+    largest = float(calibration.settings.get("largest_load", np.inf))
+    if not len(load) or not (np.isnan(load) | ((load > 0) & (load < np.inf) & (load <= largest))).all():
+        limit = f", at most {largest:g}" if np.isfinite(largest) else ""
+        raise InputError(f"loads: expected numbers above zero{limit}")
     tip, force, place = (each.ravel() for each in np.meshgrid(tips, load, np.arange(len(where)), indexing="ij"))
     n = len(tip)
     return touches_from(
@@ -91,11 +96,16 @@ def touches_to_read(calibration: Calibration) -> Touches:
     touches may calibrate, but cannot be read well.
     """
     rows = calibration.rows
-    alive = np.isfinite(rows.observed).any(axis=0)
+    alive = alive_elements(rows.observed)
     load = np.where(np.isfinite(rows.load), rows.load, 1.0)[:, None]
     size = np.abs(rows.observed[:, alive] - np.nanmedian(rows.observed[:, alive], axis=0)) / load
     largest = np.nanargmax(size, axis=0)
     return candidate_touches(calibration, places=_even([axis[largest] for axis in rows.location.values()]))
+
+
+def _usual(load: FloatArray) -> float:
+    """Mean of loads (t,); NaN if none was measured."""
+    return float(np.nanmean(load)) if np.isfinite(load).any() else float(np.nan)
 
 
 def _even(location: Sequence[FloatArray]) -> FloatArray:

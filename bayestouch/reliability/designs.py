@@ -108,7 +108,8 @@ def design_maps(
     Raises
     ------
     InputError
-        If a value gives an impossible finger or `vary` is unknown.
+        If a value gives an impossible finger, one without noise, or one whose elements are too few for the unknowns of
+        a touch; or if `vary` is unknown.
     """
     wanted = np.atleast_1d(np.asarray(values, dtype=float))
     designs = tuple(changed_design(design, vary, float(value), noise_of=noise_of) for value in wanted)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 from bayestouch.reliability.designs import INDENTERS_MM, places_deg
 from bayestouch.reliability.expected_calibration import expected_finger
@@ -93,7 +94,16 @@ def calibration_effort(
     -------
     Effort
         The floor is the standard deviation with an exact calibration.
+
+    Raises
+    ------
+    InputError
+        If there are no steps, `flats_per_edge` is not above zero, or as in `sweet_spots`.
     """
+    if not len(edge_steps_deg):
+        raise InputError("edge_steps_deg: expected one step at least")
+    if not 0 < flats_per_edge < np.inf:
+        raise InputError(f"flats_per_edge: expected above zero, got {flats_per_edge:g}")
     places, counts, sds = places_deg(design), [], []
 
     def rms(known: KnownFinger) -> float:
@@ -134,7 +144,14 @@ def averaging_effort(
     -------
     Effort
         The floor is the part from calibration and lack of fit.
+
+    Raises
+    ------
+    InputError
+        If `samples` is empty, or as in `sweet_spots`.
     """
+    if not len(samples):
+        raise InputError("samples: expected one number at least")
     count = np.array(sorted(samples), dtype=np.int64)
 
     def rms(number: int) -> float:

@@ -9,6 +9,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
+from bayestouch.errors import InputError
 from bayestouch.finger.likelihood import LOAD_REACH
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.priors.parameters import Prior
@@ -17,6 +18,8 @@ from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 from bayestouch.simulation import FingerDesign
 from bayestouch.simulation.finger import REFERENCE_LOAD, BuiltFinger
 
+# A force sensor without noise, as a share of the load: with a zero it would count as no force sensor.
+_EXACT_LOAD = 1e-6
 # Limits of the central 68 % of a prior: plus and minus one standard deviation if it is normal.
 _ONE_SD = np.array([0.15865525, 0.84134475])
 
@@ -40,14 +43,25 @@ def expected_finger(
     lack_of_fit_percent : float
         Model error in % of `peak_reading`, independent between touches and elements. Averaging samples does not reduce
         it. It affects both the calibration touches and the touches to be inferred.
+
+    Raises
+    ------
+    InputError
+        The readings have neither noise nor lack of fit, so that every error to expect is zero.
+
+    Notes
+    -----
+    Every calibration touch has the mean load of `design.load_range`, which is also the typical load of the finger.
     """
+    if design.noise_percent_peak == 0 and lack_of_fit_percent == 0:
+        raise InputError("noise_percent_peak: expected above zero; without noise there are no errors to predict")
     built = _built(design, seed)
-    m = design.n_elements
+    m, typical = design.n_elements, float(np.mean(design.load_range))
     noise = Noise(
         np.full(m, design.noise_percent_peak / 100 * design.peak_reading),
         np.full(m, lack_of_fit_percent / 100 * design.peak_reading),
         0.0,
-        design.force_noise_sd or np.nan,
+        max(design.force_noise_sd, _EXACT_LOAD * typical),
     )
     chain = FingerChain(
         core_radius_mm=design.core_radius_mm,
@@ -58,11 +72,11 @@ def expected_finger(
         offset=np.zeros(m),
         poisson_ratio=design.poisson_ratio,
         shear_modulus_MPa=design.shear_modulus_MPa,
-        largest_load=LOAD_REACH * REFERENCE_LOAD,
+        largest_load=LOAD_REACH * typical,
         contact=design.contact,
     )
-    errors = ElasticErrors(chain, _covariance(design, built, chain, noise)) if calibrated else None
-    return KnownFinger(chain=chain, noise=noise, errors=errors, typical_load=REFERENCE_LOAD)
+    errors = ElasticErrors(chain, _covariance(design, built, chain, noise, typical)) if calibrated else None
+    return KnownFinger(chain=chain, noise=noise, errors=errors, typical_load=typical)
 
 
 def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:
@@ -74,7 +88,7 @@ def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:
     return BuiltFinger(design, one.sensing_radius_mm, one.angle_deg, gain)
 
 
-def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, noise: Noise) -> FloatArray:
+def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, noise: Noise, load: float) -> FloatArray:
     """Covariance of responses, depths (mm), angles (rad), σ and log μ after the design's calibration touches."""
     m, samples = design.n_elements, design.samples_per_touch
     plan = design.plan(np.random.default_rng(0))
@@ -82,7 +96,7 @@ def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, no
     touches = TouchPlaces(
         np.asarray(composite_radius(plan.indenter_radius_mm[:n], design.outer_radius_mm)),
         np.radians(plan.place[0][:n]),
-        np.full(n, REFERENCE_LOAD),
+        np.full(n, load),
     )
     jacobian = calibration_jacobian(chain, touches.radius_mm, touches.angle, touches.load)
     rows = np.zeros((3 * m + 2, n, m))

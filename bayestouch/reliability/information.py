@@ -79,7 +79,14 @@ class RadiusScale(Summarised):
         samples: int = 1,
         use_load: bool = True,
     ) -> RadiusScale:
-        """Scale at locations `angle` (n,), rad, for a load (N/m; by default the typical load of the calibration)."""
+        """Scale at locations `angle` (n,), rad, for a load (N/m; by default the typical load of the calibration).
+
+        Raises
+        ------
+        InputError
+            If a touch has fewer readings than unknowns, `samples` is below 1, or `load` is not above zero.
+        """
+        known.check_unknowns(use_load)
         where = np.atleast_1d(np.asarray(angle, dtype=float))
         radius = np.linspace(0.0, known.outer_radius_mm, RADIUS_KNOTS)
         touches = TouchPlaces.grid(radius, where, known.typical_load if load is None else load)

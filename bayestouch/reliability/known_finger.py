@@ -11,16 +11,23 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
-from bayestouch.chain.neighbours import Neighbours
+from bayestouch.chain.neighbours import Neighbours, calibration_jacobian
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import finger_of
+from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.empirical.map import EmpiricalCalibration
+from bayestouch.finger.place.chain import FingerWithPlaces
+from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.planned import touch_slopes
 from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.finger.reading.places import CovarianceWithPlaces
 from bayestouch.finger.reading.reader import CalibratedFinger
 from bayestouch.output.summary import Summarised
 from bayestouch.results.objects import Calibration
+
+# Unknowns of a touch: R, θ_c and P.
+_UNKNOWNS = 3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,7 +46,15 @@ class TouchPlaces(Summarised):
 
     @classmethod
     def grid(cls, radius_mm: FloatArray, angle: FloatArray, load: float) -> TouchPlaces:
-        """Touches with every radius at every location and one load, ordered by radius."""
+        """Touches with every radius at every location and one load, ordered by radius.
+
+        Raises
+        ------
+        InputError
+            If the load is not above zero and finite.
+        """
+        if not 0 < load < np.inf:
+            raise InputError(f"load: expected above zero, in N/m, got {load:g}")
         r, a = (g.ravel() for g in np.meshgrid(radius_mm, angle, indexing="ij"))
         return cls(r, a, np.full(len(r), float(load)))
 
@@ -89,11 +104,39 @@ class ElasticErrors:
 
     def draw(self, touches: TouchPlaces, n: int, rng: np.random.Generator) -> FloatArray:
         """Errors of n calibrations drawn from the posterior, (n, t, m), to first order."""
-        m = self.chain.n_elements
-        drawn = rng.standard_normal((n, len(self.parameters))) @ np.linalg.cholesky(self.parameters).T
-        jacobian = self._jacobian(touches)
-        own = np.einsum("nae,ate->nte", drawn[:, : 3 * m].reshape(n, 3, m), jacobian[:3])
-        return np.asarray(own + np.einsum("nr,rte->nte", drawn[:, 3 * m :], jacobian[3:]))
+        return _drawn(self._jacobian(touches), self.parameters, n, rng)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceErrors:
+    """Errors of a calibration with functions of place; a `CalibrationErrors`.
+
+    Attributes
+    ----------
+    finger : FingerWithPlaces
+        The finger at the posterior mode, with the posterior of its functions of place.
+    """
+
+    finger: FingerWithPlaces
+
+    @cached_property
+    def _covariance(self) -> CovarianceWithPlaces:
+        return CovarianceWithPlaces(self.finger)
+
+    def covariance(self, touches: TouchPlaces) -> FloatArray:
+        """Covariance of the readings of each touch, (t, m, m)."""
+        return self._covariance(touches.radius_mm, touches.angle, touches.load)
+
+    def draw(self, touches: TouchPlaces, n: int, rng: np.random.Generator) -> FloatArray:
+        """Errors of n calibrations drawn from the posterior, (n, t, m), to first order."""
+        chain, places = self.finger.elastic, self.finger.places
+        touch = self.finger.effective_radius(touches.radius_mm, touches.angle), touches.angle, touches.load
+        jacobian, _ = places.jacobian(calibration_jacobian(chain, *touch), chain, touch)
+        out = _drawn(jacobian, places.covariance, n, rng)
+        own = places.functions.own_columns(places.reference(chain), *touch)
+        for e, covariance in enumerate(places.own_covariance):
+            out[:, :, e] += rng.standard_normal((n, len(covariance))) @ (own[:, e] @ _root(covariance)).T
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,10 +161,29 @@ class EmpiricalErrors:
         design = pressure_matrix(chain.elastic, touches.radius_mm, touches.angle, touches.load, chain.n_coefficients)
         out = np.empty((n, touches.n_touches, chain.n_elements))
         for e, covariance in enumerate(self.calibration.covariance):
-            values, vectors = np.linalg.eigh(covariance)
-            root = vectors * np.sqrt(np.maximum(values, 0.0))
-            out[:, :, e] = rng.standard_normal((n, len(values))) @ (design @ root).T
+            out[:, :, e] = rng.standard_normal((n, len(covariance))) @ (design @ _root_by_eigenvalues(covariance)).T
         return out
+
+
+def _drawn(jacobian: FloatArray, covariance: FloatArray, n: int, rng: np.random.Generator) -> FloatArray:
+    """Errors (n, t, m) of n draws of the parameters; jacobian and covariance as in `reading_covariance`."""
+    m = jacobian.shape[-1]
+    drawn = rng.standard_normal((n, len(covariance))) @ _root(covariance).T
+    own = np.einsum("nae,ate->nte", drawn[:, : 3 * m].reshape(n, 3, m), jacobian[:3])
+    return np.asarray(own + np.einsum("nr,rte->nte", drawn[:, 3 * m :], jacobian[3:]))
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Matrix L with ``L Lᵀ`` equal to a covariance, which is singular if it is that of few draws."""
+    try:
+        return np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return _root_by_eigenvalues(covariance)
+
+
+def _root_by_eigenvalues(covariance: FloatArray) -> FloatArray:
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -147,19 +209,28 @@ class KnownFinger(Summarised):
 
     @classmethod
     def of(cls, calibration: Calibration) -> KnownFinger:
-        """Finger from a calibration, with a modelled or an identified E map.
+        """Finger from a calibration, with a modelled or an identified E map, or with functions of place.
 
         Raises
         ------
         InputError
-            If the sensor is a pad.
+            If the sensor is a pad, or the calibration has effects.
         """
         finger_of(calibration.sensor, "reading a radius")
+        if calibration.has_effects:
+            raise InputError(
+                "there are no maps of a calibration with effects, because effects may change the readings from touch "
+                "to touch; bayestouch.next_touches plans touches with such a calibration"
+            )
         elastic = finger_chain(calibration)
         typical = float(calibration.settings["typical_load"])
         if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
             return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), typical)
+        places = PlacePosterior.from_arrays(calibration.extra)
+        if places is not None:
+            finger = FingerWithPlaces(elastic, places)
+            return cls(finger, calibration.noise, PlaceErrors(finger), typical)
         return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), typical)
 
     @property
@@ -177,7 +248,15 @@ class KnownFinger(Summarised):
         return np.asarray(self.chain.predict(touches.radius_mm, touches.angle, touches.load))
 
     def noise_variance(self, samples: int) -> FloatArray:
-        """Variance of the mean of `samples` readings, discrepancy included, (m,)."""
+        """Variance of the mean of `samples` readings, discrepancy included, (m,).
+
+        Raises
+        ------
+        InputError
+            If there is not one sample at least.
+        """
+        if not samples >= 1:
+            raise InputError(f"samples: expected 1 or more, got {samples:g}")
         return np.asarray(self.noise.mean_sd(np.full(self.n_elements, samples), np.zeros(self.n_elements)) ** 2)
 
     def covariance(self, touches: TouchPlaces, samples: int) -> FloatArray:
@@ -193,6 +272,21 @@ class KnownFinger(Summarised):
         """Standard error of the measured load, N/m; inf if it is not used or there is no force sensor."""
         sd = float(self.noise.mean_load_sd(samples))
         return sd if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
+
+    def check_unknowns(self, use_load: bool) -> None:
+        """Raise an error unless a touch has as many readings as unknowns, which are R, θ_c and P.
+
+        Raises
+        ------
+        InputError
+            If there are fewer: then no error of an estimate is finite.
+        """
+        readings = self.n_elements + int(np.isfinite(self.load_sd(1, use_load)))
+        if readings < _UNKNOWNS:
+            raise InputError(
+                f"a touch has {readings} readings, with the load if it is read, for {_UNKNOWNS} unknowns (radius, "
+                "location, load): a finger needs more elements, or the load"
+            )
 
     def touch_jacobian(self, touches: TouchPlaces) -> FloatArray:
         """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3)."""

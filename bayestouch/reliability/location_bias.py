@@ -60,7 +60,13 @@ class TouchEstimator(Summarised):
             Whether the force sensor is read.
         plug_in : bool
             Weight readings only by their noise, as if the calibration were exact.
+
+        Raises
+        ------
+        InputError
+            If a touch has fewer readings than unknowns, or `samples` is below 1.
         """
+        known.check_unknowns(use_load)
         jacobian = known.touch_jacobian(touches)
         weighted: FloatArray
         if plug_in:

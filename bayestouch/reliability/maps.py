@@ -107,6 +107,13 @@ def sweet_spots(
         Whether the force sensor is read.
     plug_in : bool
         Use estimates that weight readings only by noise, as if the calibration were exact; its errors still count.
+        `posterior_sd`, `radius_offset` and `radius_scatter` do not change: they are those of posteriors that include
+        the error of the calibration.
+
+    Raises
+    ------
+    InputError
+        If a touch has fewer readings than unknowns, `samples` is below 1, or `load` is not above zero.
     """
     radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
     composite = composite_radius(radii, known.outer_radius_mm)

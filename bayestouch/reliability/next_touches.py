@@ -106,8 +106,15 @@ class NextTouches(Summarised):
             **{self._column(name): self.after[:, i] for i, name in enumerate(self.quantities)},
         }
         table = pd.DataFrame(columns, index=pd.Index(self.chosen, name="touch"))
-        units = zip(self.quantities, self.units, strict=True)
-        table.attrs["units"] = {"tip": "mm"} | {self._column(name): unit for name, unit in units}
+        units = {
+            "tip": "mm",
+            **{name: "degree" if name == "angle_deg" else "mm" for name in places if name in columns},
+            "load": self._load_unit,
+            # A share of the variance has no unit.
+            "gain": "nat" if self.quantities == (LOG_BAYES_FACTOR,) else "",
+        }
+        of_quantities = zip(self.quantities, self.units, strict=True)
+        table.attrs["units"] = units | {self._column(name): unit for name, unit in of_quantities}
         return table
 
     def summary_lines(self) -> list[str]:
@@ -186,8 +193,9 @@ def next_touches(
     Raises
     ------
     InputError
-        `about` is unknown or does not fit `source`, a quantity is unknown, there are no candidates or fewer than
-        `count`, a candidate has no place or tip, or the calibration has an identified E map.
+        `about` is unknown or does not fit `source`, `places` or `quantities` do not fit `about`, a quantity is unknown,
+        there are no candidates or fewer than `count`, a candidate has no place or tip, or the calibration has an
+        identified E map.
 
     Notes
     -----
@@ -218,12 +226,21 @@ def next_touches(
         raise InputError(
             f"about: expected {', '.join(ABOUT)}, or two names of causes, got {shown(about)}{nearest(about, ABOUT)}"
         )
-    if not isinstance(about, str) and (len(about) != 2 or not all(isinstance(each, str) for each in about)):
-        raise InputError(f"about: expected two names of causes, got {shown(about)}")
+    if not isinstance(about, str):
+        named = isinstance(about, tuple | list) and all(isinstance(each, str) for each in about)
+        if not named or len(about) != 2:
+            raise InputError(f"about: expected two names of causes, got {shown(about)}")
+    if places is not None and about != "places":
+        raise InputError('places: expected with about="places" only')
+    if quantities is not None and about not in ("calibration", "places"):
+        raise InputError("quantities: expected with standard deviations only, not with causes")
+    for name, given in (("candidates", candidates), ("places", places)):
+        if not (given is None or isinstance(given, Touches)):
+            raise InputError(f"{name}: expected Touches, as of candidate_touches, got {type(given).__name__}")
     table = candidate_touches(calibration) if candidates is None else candidates
     means = planned_table(table, calibration)
-    if not 1 <= count <= means.n_touches:
-        raise InputError(f"count: expected from 1 to the number of candidates, {means.n_touches}, got {count}")
+    if not (isinstance(count, int | np.integer) and 1 <= count <= means.n_touches):
+        raise InputError(f"count: expected from 1 to the number of candidates, {means.n_touches}, got {shown(count)}")
     names: tuple[str, ...]
     if about in ("calibration", "places"):
         asked, choice = _about_sds(calibration, table, places, quantities, count, str(about))

@@ -67,7 +67,7 @@ def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = No
     Raises
     ------
     InputError
-        If the number of coordinates is not that of the pad.
+        If the number of coordinates is not that of the pad, `load` is not above zero, or `reads` is below 1.
     """
     where = _places(reader, location)
     weights, noise, calibration = _weights(reader, where, load, reads)
@@ -114,6 +114,10 @@ def _weights(
     reader: PadReader, where: FloatArray, load: float | None, reads: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Change of the location per unit error of each reading (n, D, m); variances from noise and calibration (n, m)."""
+    if load is not None and not 0 < load < np.inf:
+        raise InputError(f"load: expected above zero, got {load:g}")
+    if not reads >= 1:
+        raise InputError(f"reads: expected 1 or more, got {reads:g}")
     push = np.full(len(where), reader.load if load is None else load)
     by_load, slope = reader.map.slopes(where, push)
     sensitivity, variance, covariance = reader.map.at(where, push)

@@ -146,8 +146,15 @@ def tolerable_noise(finger: Annulus, *, indenter_radius_mm: float = np.inf, span
 def smallest_radius(finger: Annulus, noise: float, *, span_deg: float = 360.0) -> float:
     """Smallest r_c (mm) that the criterion distinguishes from a knife edge at this noise (share of the peak strain).
 
-    The paper gives ``0.16 r_b`` at 1 % and α = 0.70. inf if not even a flat is distinguished.
+    The paper gives ``0.16 r_b`` at 1 % and α = 0.70. inf if not even a flat is distinguished; 0 without noise.
+
+    Raises
+    ------
+    InputError
+        If the noise is negative or not a number, or the arc is not above 0 and at most 360°.
     """
+    if not noise >= 0:
+        raise InputError(f"noise: expected zero or more, as a share of the peak, got {noise:g}")
     outer = finger.outer_radius_mm
     # Equal steps in R, the scale on which strains change; the limits are edge and flat.
     composite = np.linspace(0.0, outer, 97)

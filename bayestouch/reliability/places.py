@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.grouping import grouped_mean
 from bayestouch.errors import InputError
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.reliability.location_bias import NAMES, TouchEstimator
@@ -29,9 +30,9 @@ def place_bias(
 
     The residual of an edge per unit load is assumed to be the same for every indenter at that place, and is multiplied
     by the weights of the estimate. The assumption is right for errors of the place. Errors of an element's E map have
-    less effect on blunt indenters, so they should be included in `better`. For each element, residuals are shrunk by
-    the share of their variance that noise explains, so that a correct model gives no bias. Between edges they are
-    interpolated linearly.
+    less effect on blunt indenters, so they should be included in `better`. Residuals of edges at one place are
+    averaged. For each element, they are shrunk by the share of their variance that noise explains, so that a correct
+    model gives no bias. Between places they are interpolated linearly.
 
     Parameters
     ----------
@@ -77,10 +78,18 @@ def _residuals(known: KnownFinger, calibrating: TouchMeans) -> tuple[FloatArray,
     edges = (calibrating.indenter_radius_mm == 0) & np.isfinite(angle) & np.isfinite(load) & (load > 0)
     if edges.sum() < 2:
         raise InputError("the bias of places needs two knife edges with a known location and load at least")
-    order = np.flatnonzero(edges)[np.argsort(angle[edges])]
-    predicted = known.predict(TouchPlaces(np.zeros(len(order)), np.radians(angle[order]), load[order]))
-    left = calibrating.readings[order] - predicted
-    noise = known.noise.tactile_sd**2 / np.maximum(calibrating.counts[order], 1)
+    rows = np.flatnonzero(edges)
+    predicted = known.predict(TouchPlaces(np.zeros(len(rows)), np.radians(angle[rows]), load[rows]))
+    residual = calibrating.readings[rows] - predicted
+    # Edges at one place are averaged: they have one residual, of which noise explains less.
+    _, first, place = np.unique(angle[rows].round(9), return_index=True, return_inverse=True)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.stack([grouped_mean(column, place, len(first)) for column in values.T], axis=1)
+
+    n_edges = np.bincount(place)
+    left, at = mean(residual), np.bincount(place, weights=load[rows]) / n_edges
+    noise = mean(known.noise.tactile_sd**2 / np.maximum(calibrating.counts[rows], 1)) / n_edges[:, None]
     variance = np.nanmean(left**2, axis=0)
     share = np.clip(1 - np.nanmean(noise, axis=0) / np.maximum(variance, 1e-300), 0.0, 1.0)
-    return angle[order], np.nan_to_num(share * left) / load[order, None]
+    return angle[rows][first], np.nan_to_num(share * left) / at[:, None]

@@ -35,10 +35,13 @@ class Diagnosed:
         `after_against_stated` then also have `location_median_mm`.
     pictures : tuple of Picture
         The most important figures.
+    folder : str
+        Name of the folder of a saved diagnosis; empty if the diagnosis was made for the report.
     """
 
     numbers: dict[str, Any]
     pictures: tuple[Picture, ...] = ()
+    folder: str = ""
 
 
 def light_diagnosis(
@@ -100,17 +103,23 @@ def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
         If the folder has no diagnosis, or one that is damaged or of another sensor.
     """
     from bayestouch.diagnosis.outcome import sentences
+    from bayestouch.diagnosis.writing import MODEL
+    from bayestouch.effects.stated import read_model
 
     file = folder / "diagnosis.json"
     numbers = read_diagnosis(file)
     found, wanted = numbers["data"].get("elements"), dataset.sensor.n_elements
     if found != wanted:
         raise InputError(f"expected a diagnosis of a sensor with {wanted} elements, got {found}", file=file)
+    # Only the model says on which kind of body the diagnosis was made.
+    model, kind = folder / MODEL, dataset.sensor.body.kind
+    if model.is_file() and (of := read_model(model).body) != kind:
+        raise InputError(f"expected a diagnosis of a {kind}, got one of a {of}", file=model)
     pictures = tuple(_read(folder, each) for each in numbers.pop("figures")[:_SHOWN])
     # Regressions are made in a report alone, so that `bayestouch diagnose` never wrote this.
     numbers.pop("baselines", None)
     said = {"sentences": sentences(numbers, with_causes=False), "made": f"read from {folder.name}/{file.name}"}
-    return Diagnosed({**numbers, **said}, _of_report(pictures))
+    return Diagnosed({**numbers, **said}, _of_report(pictures), folder.resolve().name)
 
 
 def _read(folder: Path, described: dict[str, str]) -> Picture:

@@ -9,13 +9,9 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
+from bayestouch.data.arrays import turned
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import TouchPosteriors
-
-
-def turned(degrees: ArrayLike) -> FloatArray:
-    """Angle differences shifted to the range from -180° to 180°."""
-    return np.asarray((np.asarray(degrees, dtype=float) + 180) % 360 - 180)
 
 
 def estimate_errors(posteriors: TouchPosteriors, name: str) -> FloatArray:

@@ -23,7 +23,7 @@ def versions(evidence: Evidence) -> dict[str, str]:
 
 
 def command(evidence: Evidence) -> str:
-    """Command that makes the report again, to be run next to the folder of the data set."""
+    """Command that makes the report again, to be run next to the folders of the data set and of a saved diagnosis."""
     folder = "" if evidence.embedded or evidence.dataset.path is None else evidence.dataset.path.resolve().name
     parts = ["bayestouch", "report", *([folder] if folder else []), "-o", "report", "--seed", str(evidence.seed)]
     parts += ["--draws", str(evidence.draws)]
@@ -31,6 +31,8 @@ def command(evidence: Evidence) -> str:
         parts.append("--plug-in")
     if evidence.diagnosed is None:
         parts.append("--no-diagnosis")
+    elif evidence.diagnosed.folder:
+        parts += ["--diagnosis", evidence.diagnosed.folder]
     if _has_baselines(evidence):
         parts.append("--baselines")
     return shlex.join(parts)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.reporting.differences import turned
+from bayestouch.data.arrays import turned
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.sampling import Demands
@@ -141,7 +141,7 @@ def calibration_uncertainty(evidence: Evidence, names: Sequence[str]) -> list[di
     covered = {way: {row["parameter"]: row for row in coverage(each)} for way, each in ways.items()}
     units = {parameter.name: parameter.unit for parameter in evidence.posteriors.parameters}
     rows = []
-    for name in ("theta_c", "R", "P"):
+    for name in names:
         row: dict[str, Any] = {"parameter": name, "unit": units[name]}
         for way, each in ways.items():
             read = each.without_load if name == "P" and each.without_load is not None else each.posteriors

@@ -145,7 +145,7 @@ def _row_groups(rows: TouchRows, units: Mapping[str, str], touch: Mapping[str, x
 
 
 def _attributes(kind: str, result: CalibrationData | PosteriorsData) -> Attributes:
-    return {
+    attributes = {
         "bayestouch": kind,
         "bayestouch_format": FORMAT,
         "sensor": sensor_to_toml(result.sensor),
@@ -154,6 +154,8 @@ def _attributes(kind: str, result: CalibrationData | PosteriorsData) -> Attribut
         "settings": _to_json(result.settings),
         "notes": _to_json(result.notes),
     }
+    # Notes and settings name files, and the name of a file may hold bytes that are no text in UTF-8.
+    return {name: text.encode(errors="replace").decode() for name, text in attributes.items()}
 
 
 def _to_json(value: Any) -> str:

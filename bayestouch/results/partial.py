@@ -91,6 +91,9 @@ class Partial:
     def deliver(self) -> None:
         """Move the complete posterior file to the output path, and remove the folder."""
         self.file.replace(self.target)
+        # The lock last: as soon as it is gone, another run can begin in this folder.
+        with suppress(OSError):
+            self.clear()
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
@@ -105,9 +108,8 @@ def partial_folder(target: Path, fingerprint: str) -> Iterator[Partial]:
     """
     folder = target.with_name(f"{target.name}.partial")
     try:
-        folder.mkdir(exist_ok=True)
-        with (folder / _LOCK).open("w") as stream:
-            if not _locked(stream):
+        with _lock_in(folder) as locked:
+            if not locked:
                 raise InputError("another run is writing this file", file=target)
             yield Partial(folder, target, fingerprint)
     except OSError as error:
@@ -144,8 +146,31 @@ def _sync(stream: IO[str]) -> None:
     os.fsync(stream.fileno())
 
 
-def _locked(stream: IO[str]) -> bool:
-    """True if this process holds the lock, which ends with the process. Always true on systems without locks.
+@contextmanager
+def _lock_in(folder: Path) -> Iterator[bool]:
+    """True if this process holds the lock of the folder, which ends with the process."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        folder.mkdir(exist_ok=True)
+        with (folder / _LOCK).open("w") as stream:
+            locked = _locked(stream, until)
+            # The run that had the lock removes folder and file when it is complete. A lock of a file that was removed
+            # keeps nobody out, so the folder is made again.
+            if not locked or _is_at(folder / _LOCK, stream) or time.monotonic() > until:
+                yield locked
+                return
+
+
+def _is_at(path: Path, stream: IO[str]) -> bool:
+    """True if this path is still that of an open file."""
+    try:
+        return os.path.samestat(os.fstat(stream.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _locked(stream: IO[str], until: float) -> bool:
+    """True if this process got the lock of an open file. Always true on systems without locks.
 
     Child processes of a killed run hold its lock until they notice that it has ended; this function waits for them.
     """
@@ -153,7 +178,6 @@ def _locked(stream: IO[str]) -> bool:
         import fcntl
     except ImportError:
         return True
-    until = time.monotonic() + PATIENCE
     while True:
         try:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)

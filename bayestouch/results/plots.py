@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.errors import InputError, few, nearest
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = No
     parameter = _parameter(posteriors.parameters, name, {**posteriors.posterior, **posteriors.estimates})
     axes = new_axes(axes)
     mean, (low, high) = posteriors.mean(name), posteriors.interval(name)
-    reference = np.asarray(posteriors.reference.get(name, np.full(len(mean), np.nan)))
+    reference = _reference(posteriors, name, mean)
     known = np.isfinite(reference)
     x = reference if known.any() else np.arange(len(mean), dtype=float)
     known = known if known.any() else np.isfinite(mean)
@@ -176,7 +177,7 @@ def plot_touch(
     for name in names:
         _parameter(posteriors.parameters, name, posteriors.posterior)
         columns.append(np.asarray(posteriors.posterior[name][..., place[0]]).ravel())
-        reference.append(float(np.asarray(posteriors.reference.get(name, [np.nan] * (place[0] + 1)))[place[0]]))
+        reference.append(float(_reference(posteriors, name, columns[-1].mean())[place[0]]))
     axes.plot(*columns, ".", ms=2, alpha=0.4, color=BLUE, label=f"draws of touch {touch}")
     if np.isfinite(reference).all():
         axes.plot(*[[value] for value in reference], "x", ms=9, mew=2, color=RED, label="reference")
@@ -211,6 +212,14 @@ def _parameter(parameters: tuple[Parameter, ...], name: str, known: Any) -> Para
         names = [each for each in found if known is None or each in known]
         raise InputError(f"{name}: no such parameter; expected one of {few(names, 20)}{nearest(name, names)}")
     return found[name]
+
+
+def _reference(posteriors: PosteriorsData, name: str, mean: FloatArray) -> FloatArray:
+    """Reference of every touch, NaN unknown; an angle, which may be stated from 0 to 360, is turned near the mean."""
+    if name not in posteriors.reference:
+        return np.full(len(posteriors.rows.touch), np.nan)
+    reference = np.asarray(posteriors.reference[name])
+    return nearest_turn(reference, mean) if name == "theta_c" else reference
 
 
 def _label(parameter: Parameter) -> str:

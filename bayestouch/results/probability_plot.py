@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn, turned
 from bayestouch.errors import InputError
 from bayestouch.results.data import PosteriorsData
 
@@ -70,10 +71,12 @@ def shares_below(
         if true.shape != draws.shape[2:]:
             raise InputError(f"P-P plot: expected the true {name} of {draws.shape[2]} touches, got {true.shape}")
         low, high = supports.get(name, (-np.inf, np.inf))
+        if name == "theta_c":  # angles may be stated from 0 to 360, and draws lie from -180 to 180
+            true = nearest_turn(true, draws.mean(axis=(0, 1)))
         inside = np.isfinite(true) & (true > low) & (true < high * (1 - 1e-6))
         difference = draws[..., inside] - true[inside]
         if name == "theta_c":
-            difference = (difference + 180) % 360 - 180
+            difference = turned(difference)
         if inside.any():
             found[name] = np.asarray((difference < 0).mean(axis=(0, 1)) + 0.5 * (difference == 0).mean(axis=(0, 1)))
     if not found:

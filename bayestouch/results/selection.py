@@ -50,6 +50,8 @@ def positions_of(rows: TouchRows, index: int | slice | ArrayLike) -> IntArray:
     IndexError
         If a position is not in the table, or the condition has another length.
     """
+    if isinstance(index, list) and not index:  # numpy makes numbers with a point of it, which are no positions
+        return np.arange(0)
     found = np.arange(len(rows.touch))[index if isinstance(index, slice) else np.asarray(index)]
     return np.atleast_1d(found)
 

@@ -11,8 +11,10 @@ import pytest
 from bayestouch.checking.order import ENOUGH, in_scan_order
 
 
-def made(x: np.ndarray, y: np.ndarray | None = None) -> Any:
-    return SimpleNamespace(angle_deg=None if y is not None else x, x_mm=None if y is None else x, y_mm=y)
+def made(x: np.ndarray, y: np.ndarray | None = None, time: np.ndarray | None = None) -> Any:
+    angle, x_mm = (x, None) if y is None else (None, x)
+    time_s = np.full(len(x), np.nan) if time is None else time
+    return SimpleNamespace(angle_deg=angle, x_mm=x_mm, y_mm=y, time_s=time_s)
 
 
 def test_a_scan_of_a_finger() -> None:
@@ -31,6 +33,16 @@ def test_a_random_order(seed: int) -> None:
     order = rng.permutation(81)
     assert not in_scan_order(made(x[order], y[order]))
     assert in_scan_order(made(x, y))
+
+
+def test_times_decide_on_the_order_if_all_are_known() -> None:
+    """A table may be sorted by place though the touches were made in random order, or the other way round."""
+    order = np.random.default_rng(0).permutation(40)
+    place = np.linspace(-90, 90, 40)
+    assert not in_scan_order(made(place, time=order.astype(float)))
+    assert in_scan_order(made(place[order], time=order.astype(float)))
+    assert in_scan_order(made(place, time=np.zeros(40)))  # times that do not differ keep the order of the table
+    assert in_scan_order(made(place, time=np.append(order[1:], np.nan)))
 
 
 def test_what_cannot_be_a_scan() -> None:

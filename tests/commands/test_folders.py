@@ -142,6 +142,22 @@ def test_other_files_are_no_posteriors(tmp_path: Path) -> None:
     assert workplace(tmp_path / "absent").datasets == ()
 
 
+def test_what_may_not_be_looked_at_is_left_out(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folders of other users; root may look everywhere, so the system is asked in place of the file system."""
+    where, is_file = folder_with(made, tmp_path, "my-finger"), Path.is_file
+    shutil.copytree(where / "my-finger", where / "closed")
+
+    def refused(self: Path) -> bool:
+        if self.parent.name == "closed":
+            raise PermissionError(13, "Permission denied", str(self))
+        return is_file(self)
+
+    monkeypatch.setattr(Path, "is_file", refused)
+    assert workplace(where).datasets == ("my-finger",)
+    assert workplace(where / "closed").datasets == ()
+    assert workplace(where / ("a" * 300)).datasets == ()
+
+
 def test_the_newest_comes_first(made: Path, tmp_path: Path) -> None:
     import os
 

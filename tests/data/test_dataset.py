@@ -264,3 +264,22 @@ def test_practice_data_load(shared_folder: Path, letter: str) -> None:
     exam = shared_folder / "practice" / "truth" / f"finger-{letter}" / "exam.csv"
     if exam.is_file():
         assert read_touches(exam, dataset.sensor, location=True).averaged().counts.tolist() == [[5] * 16] * 240
+
+
+@pytest.mark.parametrize("name", ["sensor.toml", "touches.csv", "touches.parquet", "calibration.csv"])
+def test_a_folder_of_the_name_of_a_file_keeps_the_data_set_as_it_was(tmp_path: Path, name: str) -> None:
+    text = "touch,x_mm,e01,e02\n0,1,4,5\n1,2,5,6\n"
+    new = load_dataset(folder(tmp_path / "new", touches=text))
+    old = folder(tmp_path / "old", touches="old", calibration="old")
+    (old / name).unlink(missing_ok=True)
+    (old / name).mkdir()
+    before = {path.name: path.is_file() and path.read_bytes() for path in old.iterdir()}
+    with pytest.raises(InputError, match=rf"{name}: expected .* folder"):
+        save_dataset(new, old)
+    assert {path.name: path.is_file() and path.read_bytes() for path in old.iterdir()} == before
+
+
+def test_a_further_column_does_not_take_the_place_of_the_name_of_the_table(tmp_path: Path) -> None:
+    text = "touch,x_mm,e01,e02,table\n0,1,4,5,mine\n1,2,5,6,mine\n"
+    frame = load_dataset(folder(tmp_path / "d", touches=text, calibration=text)).to_dataframe()
+    assert frame["table"].tolist() == ["calibration"] * 2 + ["touches"] * 2 and frame.columns[0] == "table"

@@ -223,3 +223,17 @@ def test_a_header_of_quotes_alone_is_none(tmp_path: Path) -> None:
     path.write_text('""\n')
     with pytest.raises(InputError, match="expected a header with column names"):
         tables.read_csv(path, lambda header: ())
+
+
+@pytest.mark.parametrize("read", [plain_rows, by_rows])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_a_row_of_spaces_is_empty(tmp_path: Path, separator: str, read: Callable[..., object]) -> None:
+    """As one without spaces; a row with one cell that says something is none."""
+    path = tmp_path / "table.csv"
+    rows = [["a", "note", "b"], ["1", "x", "2"], [" ", "", "  "], ["", " ", ""], ["", "", ""], ["", "y", " "]]
+    path.write_text("\n".join(separator.join(row) for row in rows) + "\n")
+    with patch.object(tables, "plain_rows", read):
+        table = tables.read_csv(path, lambda header: ("a", "b"))
+    assert table.line.tolist() == [2, 6] and table.texts["note"].tolist() == ["x", "y"]
+    np.testing.assert_array_equal(table.numbers["a"], [1, np.nan])
+    assert "table.csv: 3 empty rows skipped" in table.notes

@@ -44,6 +44,22 @@ def test_pitch_is_the_median_of_neighbours_in_order() -> None:
     assert Finger(10.0, 14.0, 12.0, (3.0,)).pitch_deg is None
 
 
+@pytest.mark.parametrize(
+    ("angles", "pitch"),
+    [
+        ((350.0, 0.0, 10.0), 10.0),
+        ((-10.0, 370.0, 0.0), 10.0),
+        ((350.0, 10.0), 20.0),
+        ((0.0, 90.0, 180.0, 270.0), 90.0),
+        ((0.0, 200.0), 160.0),
+        ((-8.8, 0.0, 8.8), 8.8),
+    ],
+)
+def test_neighbours_are_found_around_the_circle(angles: tuple[float, ...], pitch: float) -> None:
+    """Without the largest gap, at which the row of elements ends; at equal angles to the bit as before."""
+    assert Finger(10.0, 14.0, 12.0, angles).pitch_deg == pitch
+
+
 def test_rows_of_what_was_built() -> None:
     rows = {quantity: (value, unit) for quantity, value, unit in FINGER.as_built()}
     assert rows["sensing radius r_s, design"] == (12.0, "mm")

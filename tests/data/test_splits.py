@@ -135,3 +135,11 @@ def test_the_note_names_the_cell() -> None:
         "every other cell of 20 degree calibrate (2 touches)"
         in with_calibration(DataSet(finger, None, angles), 20).notes[-1]
     )
+
+
+@pytest.mark.parametrize("cell", [None, 8.0])
+def test_a_rounding_error_below_a_whole_turn_is_no_place_of_its_own(cell: float | None) -> None:
+    """Places 0, 10 and 20 degree; 360 would be the next one, and in cell 45 of 8 degree."""
+    angles = [0.0, -1e-14, 360 - 1e-13, 10.0, 20.0, -360.0]
+    table = touches_from(range(6), np.ones((6, 1)), angle_deg=angles)
+    assert checkerboard(table, cell).tolist() == [True, True, True, False, True, True]

@@ -422,6 +422,22 @@ def test_wrong_input(silent: SimulatedDataSet) -> None:
         table_2(few, silent.dataset.sensor)
 
 
+def test_an_element_that_reads_zero_is_left_out(silent: SimulatedDataSet) -> None:
+    means, sensor = calibration(silent), silent.dataset.sensor
+    dead = means.readings.copy()
+    dead[:, 3] = 0.0
+    zero = replace(means, readings=dead)
+    with pytest.raises(InputError, match="e04 reads zero under all touches"):
+        fit_element(zero, sensor, 3, MU)
+    found, expected = table_2(zero, sensor), table_2(means, sensor)
+    np.testing.assert_array_equal(found.map[3], np.nan)
+    others = np.arange(16) != 3
+    np.testing.assert_allclose(found.map[others], expected.map[others], rtol=1e-9, atol=1e-9)
+    assert np.isfinite(found.condition_number)
+    with pytest.raises(InputError, match="the same as no contact in all elements"):
+        fit_touch(true_chain(silent), np.zeros(16))
+
+
 def test_practice_finger(shared_folder: Path) -> None:
     """Averages over the elements of finger-a against its truth."""
     dataset = load_dataset(shared_folder / "practice" / "finger-a")

@@ -118,6 +118,42 @@ def test_lack_of_fit_is_not_averaged_away() -> None:
     assert missing.enough(0.1) == pytest.approx(1 / 0.21, rel=1e-2)  # between 4 and 16
 
 
+def test_a_finger_is_calibrated_with_the_loads_of_its_design() -> None:
+    """Twice the load on rubber of twice the stiffness is the same contact: with twice the noise, R is as uncertain."""
+    double = replace(
+        DESIGN,
+        load_range=(320.0, 480.0),
+        shear_modulus_MPa=2 * DESIGN.shear_modulus_MPa,
+        noise_percent_peak=2 * DESIGN.noise_percent_peak,
+        force_noise_sd=2 * DESIGN.force_noise_sd,
+    )
+    one, two = (sweet_spots(expected_finger(each), TIPS, [0.0, 2.0]) for each in (DESIGN, double))
+    assert expected_finger(double).typical_load == 400.0
+    for name, factor in (("R", 1.0), ("theta_c", 1.0), ("P", 2.0)):
+        assert two.noise_sd[name] == pytest.approx(factor * one.noise_sd[name], rel=1e-6)
+        assert two.bias_rms[name] == pytest.approx(factor * one.bias_rms[name], rel=1e-6)
+
+
+def test_a_force_sensor_without_noise_knows_the_load() -> None:
+    exact, almost, usual = (
+        sweet_spots(expected_finger(replace(DESIGN, force_noise_sd=sd)), TIPS, [0.0, 2.0]) for sd in (0.0, 0.01, 1.0)
+    )
+    assert (exact.sd("P") < 1e-3).all()
+    assert exact.sd("R") == pytest.approx(almost.sd("R"), rel=1e-3)
+    assert (exact.sd("R") < usual.sd("R")).all()
+
+
+def test_impossible_efforts_and_noise_are_refused() -> None:
+    with pytest.raises(InputError, match="noise_percent_peak: expected above zero"):
+        design_maps(DESIGN, "noise_percent", [0.0])
+    with pytest.raises(InputError, match="flats_per_edge: expected above zero"):
+        calibration_effort(DESIGN, flats_per_edge=0)
+    with pytest.raises(InputError, match="one step at least"):
+        calibration_effort(DESIGN, ())
+    with pytest.raises(InputError, match="has 2 readings"):
+        design_maps(replace(DESIGN, n_elements=2), "depth_mm", [2.5])
+
+
 def test_another_pad() -> None:
     line = PadDesign(element_x_mm=(0.0, 6.0, 12.0, 18.0), element_y_mm=None, calibration_step_mm=1.0)
     maps = pad_design_maps(line, "noise_percent", [0.5, 1.0], places=[0.0, 0.5])

@@ -71,6 +71,9 @@ def test_impossible_fingers_are_refused() -> None:
         Annulus(0.8, 0.7)
     with pytest.raises(InputError, match="span_deg"):
         strain_difference(FINGER, [1.0], span_deg=400)
+    for noise in (-0.01, np.nan):
+        with pytest.raises(InputError, match="noise: expected zero or more"):
+            smallest_radius(FINGER, noise)
 
 
 def test_expected_calibration_is_the_one_found() -> None:

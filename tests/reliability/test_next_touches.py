@@ -127,6 +127,28 @@ def test_bad_options_are_named(changes: dict[str, object], words: str) -> None:
         bayestouch.next_touches(diagnosed(), **changes)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"count": 2.5}, "count: expected from 1 to"),
+        ({"about": None}, "about: expected two names of causes, got None"),
+        ({"places": "nonsense"}, 'places: expected with about="places" only'),
+        ({"about": "places", "places": "nonsense"}, "places: expected Touches, .* got str"),
+        ({"candidates": [1.0]}, "candidates: expected Touches, .* got list"),
+        ({"about": "causes", "quantities": ("mu",)}, "quantities: expected with standard deviations only"),
+    ],
+)
+def test_options_that_would_not_be_used_are_named(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(bayestouch.InputError, match=words):
+        bayestouch.next_touches(calibrated("pad"), **changes)  # type: ignore[arg-type]
+
+
+def test_a_table_names_the_unit_of_each_column() -> None:
+    frame = bayestouch.next_touches(calibrated("pad"), count=2, about="places").to_dataframe()
+    units = {"tip": "mm", "x_mm": "mm", "load": "N", "gain": "", "x_sd": "mm"}
+    assert frame.attrs["units"] == units and set(frame.columns) == {*units, "samples"}
+
+
 def test_bad_sources_and_candidates_are_named() -> None:
     one = calibrated("finger")
     with pytest.raises(bayestouch.InputError, match="causes are compared for a diagnosis"):

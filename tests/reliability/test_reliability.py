@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from nicolson_fearing.many_fits import fit_many_touches
+from posterior_cases import FINGER
 from scipy import stats
 
 from bayestouch import InputError, calibrate, infer, simulate
@@ -14,24 +15,30 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.reader import PadReader
+from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reliability import (
     KnownFinger,
     TouchEstimator,
     TouchPlaces,
     attainable,
+    covered,
     draw_bias,
     expected_coverage,
     expected_finger,
     explained_sign,
     explained_size,
     known_bias,
+    observed_bias,
     pad_known_bias,
     pad_spots,
     place_bias,
     shared_by_indenters,
     sweet_spots,
     touch_information,
+    variance_split,
 )
+from bayestouch.results.data import TouchRows
+from bayestouch.results.objects import TouchPosteriors
 from bayestouch.simulation import FingerDesign, PadDesign
 
 DESIGN = FingerDesign(shear_modulus_MPa=0.08, samples_per_touch=4, edge_step_deg=6.0, flat_step_deg=12.0)
@@ -124,6 +131,14 @@ def test_bias_of_a_place_is_foretold_by_edges_there(known: KnownFinger) -> None:
     touches = TouchPlaces.grid(composite_radius(TIPS, known.outer_radius_mm), np.radians(places), 200.0)
     expected = TouchEstimator.of(known, touches).errors(np.tile(there, (len(TIPS), 1)))
     assert predicted["R"].ravel() == pytest.approx(expected[:, 0], rel=1e-3)  # shrunk by a 10,000th or so
+    # Edges at one place count as their mean, in any order.
+    rows = np.random.default_rng(0).permutation(np.repeat(np.arange(n), 2))
+    sign = np.zeros(2 * n)
+    sign[[int(np.flatnonzero(rows == each)[0]) for each in range(n)]] = 1.0
+    sign[sign == 0] = -1.0
+    apart = 5 * known.noise.tactile_sd * sign[:, None]
+    twice = replace(means.select(rows), readings=means.readings[rows] + apart)
+    assert place_bias(known, twice, TIPS, places, load=200.0)["R"] == pytest.approx(predicted["R"], rel=1e-3)
     # nothing is foretold where noise explains what is left
     noisy = replace(means, counts=np.full((n, m), 1), readings=means.readings - 0.9 * error)
     assert np.all(place_bias(known, noisy, TIPS, places)["R"] == 0)
@@ -163,6 +178,37 @@ def test_perfect_predictions_score_as_they_should() -> None:
     assert expected["r_squared"][0] == pytest.approx(2 / np.pi * rms.var() / whole, abs=0.05)
     with pytest.raises(InputError, match="one shape"):
         explained_sign(np.zeros((2, 3)), np.zeros((3, 2)))
+
+
+def test_angles_are_compared_around_the_circle() -> None:
+    """Touches at 180°, where the reference counts from -180° and the estimates do not."""
+    rng = np.random.default_rng(3)
+    true = np.array([178.0, 179.5, 180.5, 182.0])
+    draws = true + rng.normal(0.1, 0.3, (2, 50, 4))
+
+    def posteriors(reference: np.ndarray) -> TouchPosteriors:
+        of = np.zeros((4, 1))
+        place = {"theta_c": reference}
+        rows = TouchRows(np.arange(4), place, np.full(4, 3.9), np.ones(4), of, of, of + 1, of.astype(int))
+        return TouchPosteriors(
+            sensor=FINGER,
+            parameters=(Parameter("theta_c", "θ", "θ", "degree", Uniform(0, 360)),),
+            posterior={"theta_c": draws},
+            sample_stats={},
+            reference=place,
+            rows=rows,
+            settings={},
+        )
+
+    straight, turned = posteriors(true), posteriors(np.where(true > 180, true - 360, true))
+    assert observed_bias(turned, "theta_c").error[0, [2, 3, 0, 1]] == pytest.approx(
+        observed_bias(straight, "theta_c").error[0, [0, 1, 2, 3]]
+    )
+    np.testing.assert_array_equal(covered(turned, "theta_c"), covered(straight, "theta_c"))
+    assert covered(straight, "theta_c").all()
+    split = variance_split(straight, straight, "theta_c")
+    assert variance_split(turned, turned, "theta_c") == pytest.approx(split)
+    assert split["location"] == pytest.approx((straight.mean("theta_c") - true).std())
 
 
 def test_indenters_share_what_belongs_to_the_place() -> None:
@@ -208,3 +254,7 @@ def test_pads_locate_as_well_as_predicted() -> None:
     assert bias[0] > 0 > bias[1]  # drawn towards the stronger element
     with pytest.raises(InputError, match="expected places"):
         pad_spots(reader, np.zeros((3, 2)))
+    with pytest.raises(InputError, match="load: expected above zero"):
+        pad_spots(reader, place, load=0.0)
+    with pytest.raises(InputError, match="reads: expected 1 or more"):
+        pad_spots(reader, place, reads=0)

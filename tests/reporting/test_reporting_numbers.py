@@ -17,7 +17,6 @@ from bayestouch.reporting.differences import (
     load_summary,
     reference_composite_radius,
     three,
-    turned,
 )
 from bayestouch.reporting.pad.locations import inside_array, pad_errors
 from bayestouch.reporting.pad.numbers import _spacing
@@ -42,7 +41,6 @@ def posteriors(draws: dict[str, list[list[float]]], **changes: Any) -> Any:
 
 
 def test_errors_of_angles_go_around() -> None:
-    np.testing.assert_array_equal(turned([190.0, -190.0, 180.0, -180.0, 359.0, 10.0]), [-170, 170, -180, -180, -1, 10])
     made = posteriors({"theta_c": [[179.0], [181.0]], "R": [[1.0], [3.0]]})
     made.reference = {"theta_c": np.array([-179.0]), "R": np.array([5.0])}
     assert estimate_errors(made, "theta_c") == [-1.0] and estimate_errors(made, "R") == [-3.0]
@@ -163,7 +161,7 @@ def test_plugged_in_beside_propagated() -> None:
     assert trust.calibration_uncertainty(one, ["R"]) is None
     for first, other in ((one, two), (two, one)):
         first.counterpart, other.counterpart = other, None
-        theta, radius, load = trust.calibration_uncertainty(first, ["R"])  # type: ignore[misc]
+        theta, radius, load = trust.calibration_uncertainty(first, ("theta_c", "R", "P"))  # type: ignore[misc]
         assert (theta["plug_in"]["posterior_sd"], theta["propagated"]["posterior_sd"]) == (0.5, 1.5)
         assert (radius["plug_in"]["posterior_sd"], radius["propagated"]["posterior_sd"]) == (1.0, 3.0)
         assert (load["plug_in"]["posterior_sd"], load["propagated"]["posterior_sd"]) == (2.0, 6.0)

@@ -24,9 +24,11 @@ from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
 from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
-from bayestouch.reporting.differences import error_summary, turned
+from bayestouch.reporting.diagnosed import Diagnosed
+from bayestouch.reporting.differences import error_summary
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.trust import convergence, coverage
+from bayestouch.reporting.made import command
+from bayestouch.reporting.trust import calibration_uncertainty, convergence, coverage
 from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.simulation import FingerDesign, simulate
@@ -110,7 +112,6 @@ def test_error_summary() -> None:
     assert summary["rms"] == pytest.approx(np.sqrt(11 / 3))
     assert summary["median_abs"] == 1.0
     assert error_summary([np.nan]) == {"n": 0, **dict.fromkeys(("bias", "sd", "rms", "median_abs", "abs_90"))}
-    assert turned([359.0, -181.0, 0.5]) == pytest.approx([-1.0, 179.0, 0.5])
 
 
 def test_strict_json_has_no_infinity(tmp_path: Path) -> None:
@@ -143,6 +144,25 @@ def test_coverage_of_the_load_counts_the_force_sensors_noise(calibration: Calibr
     exact_load = replace(posteriors, posterior=narrow, rows=replace(posteriors.rows, load=load))
     rows = {row["parameter"]: row for row in coverage(evidence_of(calibration, exact_load))}
     assert abs(rows["P"]["percent_inside"]["90"] - 90) < 400 * np.sqrt(0.09 / 2000)
+
+
+def test_calibration_uncertainty_is_of_the_named_quantities(calibration: Calibration) -> None:
+    evidence, other = (evidence_of(calibration, posteriors_of(calibration, np.full(50, 12.3), i)) for i in (8, 9))
+    rows = calibration_uncertainty(replace(evidence, counterpart=other), ("R", "theta_c"))
+    assert rows is not None and [row["parameter"] for row in rows] == ["R", "theta_c"]
+    assert rows[0]["propagated"]["posterior_sd"] == np.median(evidence.posteriors.sd("R"))
+    assert rows[0]["plug_in"]["posterior_sd"] == np.median(other.posteriors.sd("R"))
+
+
+def test_the_command_names_a_saved_diagnosis(calibration: Calibration) -> None:
+    evidence = evidence_of(calibration, posteriors_of(calibration, np.full(3, 12.3), 0))
+    start = "bayestouch report -o report --seed 1 --draws 64"
+    for diagnosed, options in (
+        (None, " --no-diagnosis"),
+        (Diagnosed({}), ""),
+        (Diagnosed({}, folder="my diagnosis"), " --diagnosis 'my diagnosis'"),
+    ):
+        assert command(replace(evidence, diagnosed=diagnosed)) == start + options
 
 
 def test_convergence_counts_touches_that_miss(calibration: Calibration) -> None:

@@ -141,6 +141,16 @@ def test_angles_are_compared_around_the_circle() -> None:
     np.testing.assert_allclose(shares_below(turned)["theta_c"], [0.0, 1.0])
 
 
+@pytest.mark.parametrize("turns", [-1, 0, 1])
+def test_a_truth_by_another_turn_is_the_same_truth(turns: int) -> None:
+    """Draws from -180 to 180 and a truth from 0 to 360; a truth out of the prior by any turn is left out."""
+    draws = np.array([[[-21.0, 10.0, -59.0], [-19.0, 12.0, -58.0]]])
+    angle = (Parameter("theta_c", "θ_c", "", "degree", Uniform(-60, 60)),)
+    truth = np.array([-20.0, 13.0, -61.0]) + 360 * turns
+    made = few(draws, parameters=angle, posterior={"theta_c": draws}, reference={"theta_c": truth})
+    np.testing.assert_array_equal(shares_below(made)["theta_c"], [0.5, 1.0])
+
+
 def test_band_of_three_numbers() -> None:
     """Two-sided probabilities of counts, and ends of the band, by the binomial distribution."""
     from scipy.stats import binom

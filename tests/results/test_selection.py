@@ -47,6 +47,7 @@ def posteriors() -> bayestouch.TouchPosteriors:
         (slice(1, 3), [1, 2]),
         (slice(None, None, -2), [4, 2, 0]),
         ([2, 0], [2, 0]),
+        ([], []),
         (np.array([True, False, False, True, False]), [0, 3]),
     ],
 )

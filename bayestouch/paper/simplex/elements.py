@@ -96,7 +96,7 @@ def fit_element(
     Raises
     ------
     InputError
-        If too few touches are near the element.
+        If too few touches are near the element, or it reads zero under all of them.
     """
     from scipy.optimize import minimize
 
@@ -112,6 +112,8 @@ def fit_element(
             f"expected at least {FEWEST_TOUCHES}"
         )
     data = readings[near]
+    if not data.any():
+        raise InputError(f"element e{element + 1:02d} reads zero under all touches: it is not connected, or stuck")
     strain = pressure.strain(near)
 
     def misfit(x: FloatArray) -> float:

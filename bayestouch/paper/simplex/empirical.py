@@ -42,7 +42,7 @@ class EmpiricalTable:
         Standard deviation of one reading; NaN without repeated readings.
     map : (m, 2 n_c + 1) array
         E in readings per MPa of the traction coefficients ``p_0, p_1^s, p_1^c, …`` (tension positive); NaN for
-        an element without enough readings.
+        an element without enough readings, or with zeros only.
     response : (m,) array
         Largest reading per N/m of a knife edge on the part of the finger that was touched.
     rank : int
@@ -115,10 +115,11 @@ def table_2(means: TouchMeans, sensor: Sensor, *, n_coefficients: int | None = N
     off = (angle[:, None] - np.array(finger.element_angles_deg) + 180) % 360 - 180
     there = np.isfinite(data)
     enough = (there.sum(axis=0) > rank) & (there & (np.abs(off) < REACH_DEG)).any(axis=0)
+    enough &= np.nan_to_num(data).any(axis=0)  # no peak to scale by if all readings are zero
     if not enough.any():
         raise InputError(
-            f"no element has more than {rank} knife edges (the number of coefficients that they determine) and one of "
-            f"them within {REACH_DEG:g} degrees"
+            f"no element has more than {rank} knife edges (the number of coefficients that they determine), one of "
+            f"them within {REACH_DEG:g} degrees, and readings other than zero"
         )
     identified = np.full((finger.n_elements, 2 * n_c + 1), np.nan)
     identified[enough] = empirical_e_matrix(reduced, data[:, enough].T) @ kept.T

@@ -109,7 +109,7 @@ def fit_touch(
     Raises
     ------
     InputError
-        If there are fewer readings than unknowns, or the load is out of range.
+        If there are fewer readings than unknowns, all readings are those without contact, or the load is out of range.
     """
     loads = None if load is None else [load]
     return fit_touches(finger, np.asarray(reading, dtype=float)[None], loads=loads, radius=radius)[0]
@@ -180,6 +180,8 @@ def _fit(finger: TouchPredictor, reading: FloatArray, load: float | None, radius
     gain = finger.gain
     strain = (reading - _rest(finger)) / gain
     power = float((strain[there] ** 2).sum())
+    if power == 0:
+        raise InputError("a touch reads the same as no contact in all elements: nothing can be fitted")
     n = 3 if load is None else 2
 
     def touch(x: FloatArray) -> tuple[float, float, float]:

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import turned
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import finger_of
 from bayestouch.paper.published import TABLE_4
 from bayestouch.paper.simplex import TouchPredictor
-from bayestouch.reporting.differences import reference_composite_radius, turned
+from bayestouch.reporting.differences import reference_composite_radius
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.finger.paper_fits import PaperFits
 from bayestouch.reporting.finger.point_fits import PointFits, fit_points, model_finger

@@ -89,16 +89,16 @@ def _prediction(evidence: Evidence) -> dict[str, Any] | None:
 
     None if no touch has a known radius, location and load.
     """
-    from bayestouch.finger.calibration import finger_chain
+    from bayestouch.reliability import KnownFinger, TouchPlaces
 
     rows = evidence.posteriors.rows
-    chain = finger_chain(evidence.calibration)
-    radius = reference_composite_radius(rows.radius_mm, chain.outer_radius_mm)
+    sensor = KnownFinger.of(evidence.calibration)
+    radius = reference_composite_radius(rows.radius_mm, sensor.outer_radius_mm)
     angle = rows.location["theta_c"]
     known = np.isfinite(radius) & np.isfinite(angle) & np.isfinite(rows.load)
     if not known.any():
         return None
-    predicted = chain.predict(radius[known], np.radians(angle[known]), rows.load[known])
+    predicted = sensor.predict(TouchPlaces(radius[known], np.radians(angle[known]), rows.load[known]))
     difference = rows.observed[known] - predicted
     present = np.isfinite(difference)
     n = np.maximum(present.sum(axis=0), 1)

@@ -39,7 +39,9 @@ class PaperFits:
         """Results of fits to the knife edges among the calibration touches of a finger."""
         table = evidence.dataset.calibration
         assert table is not None
-        means = table.baseline_corrected().averaged()
+        # An element with one reading in all contacts is dead, whatever it reads at rest: the calibration leaves it out.
+        alive = table.select(table.in_contact).usable_elements
+        means = table.with_(readings=np.where(alive, table.readings, np.nan)).baseline_corrected().averaged()
         notes: list[str] = []
         elements: ElementTable | None = None
         empirical: EmpiricalTable | None = None

@@ -19,6 +19,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.reading.modes import find_modes
 from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.model.planned import alive_elements
 from bayestouch.paper.simplex import TouchPredictor
 from bayestouch.results.objects import Calibration
 
@@ -86,10 +87,12 @@ def fit_points(
     use_load : bool
         Use the reading of the force sensor with its noise.
     """
-    counts = np.where(np.isnan(means.readings), 0, means.counts)
+    # The calibration knows nothing of a dead element but its prior, which a fit would take as exact.
+    read = np.where(alive_elements(calibration.rows.observed), means.readings, np.nan)
+    counts = np.where(np.isnan(read), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     load_sd = calibration.noise.mean_load_sd(means.reads_of_load)
-    readings = TouchReadings(means.readings, counts, load, load_sd)
+    readings = TouchReadings(read, counts, load, load_sd)
     # The search only uses what a `TouchPredictor` has: angles, outer radius, predictions.
     chain = cast(FingerChain, finger)
     wide = IndenterPriors.of(chain, float(calibration.settings["typical_load"]))

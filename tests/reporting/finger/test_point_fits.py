@@ -56,3 +56,18 @@ def test_point_fits_are_those_of_the_papers_simplex(calibration: Calibration) ->
         assert found.R[i] == pytest.approx(paper.composite_radius_mm, abs=0.01)
         assert found.theta_c[i] == pytest.approx(paper.angle_deg, abs=0.002)
         assert found.P[i] == pytest.approx(paper.load, abs=0.1)
+
+
+def test_a_dead_element_is_left_out(calibration: Calibration) -> None:
+    """Its reading of zero is no measurement: the calibration knows nothing of the element."""
+    finger = model_finger(calibration, "layer")
+    radius, angle, load = np.array([3.0, 6.0]), np.radians([2.0, -7.0]), np.array([200.0, 190.0])
+    readings = finger.predict(radius, angle, load)
+    rows = replace(calibration.rows, observed=calibration.rows.observed * (np.arange(readings.shape[1]) != 2))
+    dead = replace(calibration, rows=rows)
+    zero, missing = readings.copy(), readings.copy()
+    zero[:, 2], missing[:, 2] = 0.0, np.nan
+    found = fit_points(touches_from(np.arange(2), zero).averaged(), dead, finger)
+    expected = fit_points(touches_from(np.arange(2), missing).averaged(), calibration, finger)
+    np.testing.assert_array_equal(found.R, expected.R)
+    np.testing.assert_allclose(found.R, radius, rtol=0, atol=0.015)

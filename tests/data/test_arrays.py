@@ -1,0 +1,27 @@
+"""Quantiles of draws, each series for itself, and differences of angles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.data.arrays import nearest_turn, quantiles, turned
+
+
+def test_an_infinite_draw_matters_to_its_own_series_alone() -> None:
+    """Draws 1 to 4 in each column: 0.4 is between 2 and 3, at 1 + 0.4 * 3; without interpolation it is 2."""
+    draws = np.tile(np.array([[1.0], [4.0], [3.0], [2.0]]), 3)
+    alone = quantiles(draws, [0.4, 1.0], axis=0)
+    np.testing.assert_allclose(alone, [[2.2] * 3, [4.0] * 3])
+    draws[1, 1], draws[0, 2] = np.inf, -np.inf
+    beside = quantiles(draws, [0.4, 1.0], axis=0)
+    np.testing.assert_array_equal(beside[:, 0], alone[:, 0])
+    np.testing.assert_array_equal(beside[:, 1:], [[2.0, 2.0], [np.inf, 4.0]])
+    chains = draws.reshape(2, 2, 3)
+    np.testing.assert_array_equal(quantiles(chains, [0.4, 1.0], axis=(0, 1)), beside)
+
+
+def test_turns() -> None:
+    np.testing.assert_array_equal(turned(np.array([190.0, -190.0, 180.0, 359.0, 10.0])), [-170, 170, -180, -1, 10])
+    angles = np.array([340.0, -20.0, 20.0, -700.0, 0.1, np.nan, np.inf])
+    to = np.array([-20.0, 340.0, 20.0, 15.0, 180.0, 0.0, 0.0])
+    np.testing.assert_array_equal(nearest_turn(angles, to), [-20.0, 340.0, 20.0, 20.0, 0.1, np.nan, np.nan])

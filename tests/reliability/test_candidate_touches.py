@@ -1,0 +1,61 @@
+"""Touches to choose from: their loads and samples, and elements that are dead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import bayestouch
+from bayestouch.finger.planned import planned
+from bayestouch.reliability.candidate_touches import touches_to_read
+
+DESIGN = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, edge_step_deg=5.0, touch_step_deg=10.0)
+
+
+@cache
+def calibrated(stuck: bool = False) -> bayestouch.Calibration:
+    dataset = bayestouch.simulate(DESIGN, seed=3).dataset
+    table = dataset.calibration
+    assert table is not None
+    if stuck:
+        # Zero is the reading at rest, as of an element that reads the same in every row.
+        table = table.with_(readings=np.where(np.arange(4) == 3, 0.0, table.readings))
+    return bayestouch.calibrate(replace(dataset, calibration=table), discrepancy="none", draws=100)
+
+
+def test_loads_are_numbers_of_any_kind() -> None:
+    one = calibrated()
+    from_array = bayestouch.candidate_touches(one, places=[0.0], tips_mm=[3.9], loads=np.array([150.0, 250.0]))  # type: ignore[arg-type]
+    assert from_array.load.tolist() == [150.0, 250.0]
+    usual = bayestouch.candidate_touches(one, places=[0.0], tips_mm=[3.9])
+    assert usual.load.tolist() == [pytest.approx(one.rows.load.mean())]
+
+
+@pytest.mark.parametrize("loads", [[], [0.0], [-1.0], [np.inf], [1e6]])
+def test_impossible_loads_are_refused(loads: list[float]) -> None:
+    with pytest.raises(bayestouch.InputError, match="loads: expected numbers above zero, at most"):
+        bayestouch.candidate_touches(calibrated(), loads=loads)
+
+
+def test_the_usual_number_of_samples_is_whole() -> None:
+    one = calibrated()
+    n = len(one.rows.counts)
+    rows = replace(one.rows, counts=np.tile(np.where(np.arange(n) < n // 2, 3, 4)[:, None], 4))
+    even = replace(one, rows=rows)
+    assert np.median(rows.counts.max(axis=1)) == 3.5
+    assert set(np.asarray(bayestouch.candidate_touches(even).reads)) == {4.0}
+
+
+def test_a_stuck_element_plays_no_part() -> None:
+    one = calibrated(stuck=True)
+    table = bayestouch.candidate_touches(one, places=[-5.0, 5.0], tips_mm=[0.0, 3.9])
+    missing = replace(one, rows=replace(one.rows, observed=np.where(np.arange(4) == 3, np.nan, one.rows.observed)))
+    found, expected = planned(one, table), planned(missing, table)
+    assert (found.readings.columns[:, 3] == 0).all() and (found.slopes[:, 3] == 0).all()
+    for name in ("mean", "columns", "noise"):
+        np.testing.assert_array_equal(getattr(found.readings, name), getattr(expected.readings, name))
+    assert found.parameters[2].rows.shape[0] == 3
+    np.testing.assert_array_equal(touches_to_read(one).angle_deg, touches_to_read(missing).angle_deg)
