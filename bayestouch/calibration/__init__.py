@@ -29,7 +29,7 @@ def calibrate(
     discrepancy: str | None = None,
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
-    like: Sequence[Calibration | str | Path] = (),
+    like: Calibration | str | Path | Sequence[Calibration | str | Path] = (),
     model: StatedModel | None = None,
     moves: Any = None,
     draws: int = 1000,
@@ -70,7 +70,7 @@ def calibrate(
         reading), ``x_s`` and ``y_s`` (difference from the nominal place, mm; all nominal places are first moved to
         where readings peak, see the notes). The prior of a parameter of each element applies to every element. A pad
         takes normal, uniform and log-normal priors. See `bayestouch.priors.parameters` for the kinds.
-    like : sequence of Calibration or path, optional
+    like : Calibration or path, or sequence of these, optional
         Calibrations of earlier fingers of the same build. Priors of ``sigma``, ``mu``, ``r_s``, ``response``,
         ``noise_sd`` and ``discrepancy_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors`
         replaces these.
@@ -101,8 +101,9 @@ def calibrate(
     Raises
     ------
     InputError
-        An option does not fit the body, `draws` is below 8, a calibration in `like` is of another build, a prior
-        contradicts the possible range or the nominal geometry, or the touches cannot identify the parameters.
+        An option does not fit the body or another option, `draws` is below 8, a calibration in `like` is of another
+        build, a prior contradicts the possible range or the nominal geometry, or the touches cannot identify the
+        parameters.
 
     Examples
     --------
@@ -120,13 +121,16 @@ def calibrate(
         raise InputError(f"draws: expected at least 8, got {draws}")
     require_dataset(dataset)
     body = body_of(dataset.sensor)
+    if discrepancy == "none" and "discrepancy_sd" in (priors or {}):
+        raise InputError('prior of discrepancy_sd: discrepancy "none" has no such parameter')
     chosen = chosen_groups(groups) or None
+    earlier = (like,) if isinstance(like, Calibration | str | Path) else tuple(like)
     given = {
         "contact": contact,
         "e_map": e_map,
         "discrepancy": discrepancy,
         "priors": priors or None,
-        "like": tuple(like) or None,
+        "like": earlier or None,
         "kernel": kernel,
         "groups": chosen,
         "moves": moves,

@@ -116,6 +116,11 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
     names = [parameter.name for parameter in effect.parameters]
     if wrong := sorted(set(start) - set(names)):
         raise unknown_name(f"parameter of effect {effect.name}:", wrong[0], names, column="effect.start")
+    for each in effect.parameters:
+        # A fit starts from the logarithm of such a value.
+        if each.logarithmic and start.get(each.name, 1.0) <= 0:
+            reason = f"{each.name} of effect {effect.name}: expected a start above 0, got {start[each.name]:g}"
+            raise InputError(reason, column="effect.start")
     new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
     return (new.fitted if new.noise else settled(new.fitted)), new.noise
 

@@ -29,8 +29,8 @@ class LackOfFit:
     Attributes
     ----------
     ratio : float
-        Residual mean square divided by that of the noise: the lack of fit that is printed. NaN if unmeasured loads
-        leave no information on it.
+        Residual mean square divided by that of the noise: the lack of fit that is printed. NaN if no load was measured
+        and the readings leave no information on it.
     expected : float
         Mean of the ratio if nothing is missing: one plus the effect of the fit's uncertainty.
     freedom, pure_freedom : float
@@ -96,9 +96,13 @@ class Remaining:
 
 
 def lack_of_fit(fitted: Fitted, held: HeldOut | None) -> LackOfFit:
-    """Test of a model on held-out touches, or on its own touches if none are held out."""
+    """Test of a model on held-out touches.
+
+    It is made on the touches of the fit if none are held out. So it is if the unmeasured loads of those held out leave
+    no information and some loads of the fit were measured: a model that was not tested must not count as right.
+    """
     pure = _pure_freedom(fitted)
-    if held is None:
+    if held is None or (np.isnan(held.mean_square) and np.isfinite(fitted.model.known.load).any()):
         freedom = max(float(fitted.n_readings - fitted.model.n_base), 1.0)
         return LackOfFit.of(fitted.chi_square() / freedom, 1.0, freedom, pure, held_out=False)
     freedom, design = max(held.freedom, 1.0), held.design

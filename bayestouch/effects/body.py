@@ -31,6 +31,7 @@ class SoftSpot(Effect):
     """
 
     parameters: tuple[EffectParameter, ...]
+    around: bool = False
 
     name: ClassVar[str] = "soft_spot"
     stage: ClassVar[Stage] = "body"
@@ -63,7 +64,8 @@ class SoftSpot(Effect):
                 EffectParameter("width", unit, "half width at half the height", LogNormal(widths[1], 0.7), widths),
                 TAILS,
                 *centres,
-            )
+            ),
+            setting.finger,
         )
 
     def further_parameters(self, n_elements: int) -> tuple[EffectParameter, ...]:
@@ -75,7 +77,10 @@ class SoftSpot(Effect):
         if len(centre) > self.coordinates:
             load = np.maximum(recording.load, LEAST * recording.reference_load) / recording.reference_load
             growth = np.minimum(load ** centre.pop(), MOST)
-        squares = np.sum([(p - c) ** 2 for p, c in zip(recording.place, centre, strict=True)], axis=0)
+        away = [place - c for place, c in zip(recording.place, centre, strict=True)]
+        if self.around:
+            away = [each - 360 * np.round(each / 360) for each in away]
+        squares = np.sum([each**2 for each in away], axis=0)
         return np.asarray(recording.signal * (1 + share * growth * bell(squares / width**2, tails))[:, None])
 
     @property

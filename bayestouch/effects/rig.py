@@ -21,6 +21,8 @@ LARGEST = 5.0
 WAVES_OF_ANGLE, WAVES_OF_LOAD = 4, 8
 # Highest number of waves a turn of the angle error: of three jaws.
 WAVES_A_TURN = 3
+# Coordinates of a pad.
+AXES = ("x", "y")
 
 
 def once_around(angle_deg: FloatArray, values: Values, centre: tuple[float, ...]) -> FloatArray:
@@ -193,9 +195,10 @@ class LoadMisalignment(Effect):
     On a finger the reading of the force sensor is P (1 + a (sin θ - s) + b (cos θ - c)), where a and b are shares, and
     s and c the means of sin θ and cos θ over the elements: an error that is the same everywhere is absorbed by the
     gains, so that the scale of the loads is known only as the force sensor states it. On a pad the share changes
-    linearly from one side to the other, as on a tilted table, and is zero in the middle. All elements read too much or
-    too little at the same locations. In the looser form on a finger there are two waves a turn beside the one, as the
-    friction of a guide makes them; their mean over the elements is zero, too.
+    linearly from one side to the other, as on a tilted table, and is zero in the middle; a coordinate in which all
+    touches are equal has no share. All elements read too much or too little at the same locations. In the looser form
+    on a finger there are two waves a turn beside the one, as the friction of a guide makes them; their mean over the
+    elements is zero, too.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on the cross-sensitivity of force sensors.
     """
@@ -213,11 +216,15 @@ class LoadMisalignment(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        names = ("sine", "cosine") if setting.finger else ("x", "y")[: len(setting.place_range)]
+        middle = tuple(0.5 * (low + high) for low, high in setting.place_range)
+        half = tuple(0.5 * (high - low) for low, high in setting.place_range)
+        # Along a coordinate in which all touches are equal, but for rounding, no error can change.
+        changing = tuple(name for name, each in zip(AXES, half, strict=False) if each > 1e-6 * max(half))
+        names = ("sine", "cosine") if setting.finger else changing
         prior = Normal(0.0, 0.1)
         parameters = tuple(EffectParameter(n, "", f"load error ({n}) as a share", prior, (0.001,), 0.0) for n in names)
-        middle = tuple(0.5 * (low + high) for low, high in setting.place_range)
-        half = tuple(max(0.5 * (high - low), 1e-9) for low, high in setting.place_range)
+        if not names:
+            return None
         if not setting.finger:
             return cls(parameters, False, middle, half)
         return cls(parameters, True, centre_of_elements(setting), half, centre_of_elements(setting, 2))
@@ -236,6 +243,8 @@ class LoadMisalignment(Effect):
             if len(values) > 2:
                 error = error + once_around(2 * recording.place[0], values[2:], self.centre_2)
         else:
-            scaled = zip(values, recording.place, self.centre, self.half_range, strict=False)
-            error = np.sum([v * (place - middle) / half for v, place, middle, half in scaled], axis=0)
+            axes = [AXES.index(each.name) for each in self.parameters]
+            places, middle, half = recording.place, self.centre, self.half_range
+            scaled = [v * (places[i] - middle[i]) / half[i] for v, i in zip(values, axes, strict=True)]
+            error = np.sum(scaled, axis=0)
         return replace(recording, load=recording.load / np.maximum(1 + error, 0.1))

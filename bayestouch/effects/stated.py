@@ -64,7 +64,8 @@ class StatedModel:
         Raises
         ------
         InputError
-            The text is not TOML, has an unknown key, names an unknown effect, or has a value of a wrong kind.
+            The text is not TOML, has an unknown key, names an unknown effect or one effect twice, or has a value of a
+            wrong kind.
         """
         content = tables_from_toml(text)
         unknown = sorted(set(content) - {"body", "contact", "correction", "effect"})
@@ -81,13 +82,19 @@ class StatedModel:
             kinds = " or ".join(f'"{kind}"' for kind in BODIES)
             raise InputError(f"expected {kinds}, got {shown(body)}", column="body")
         contact = content.get("contact", geometries()[body].default_contact)
-        return cls(body, str(contact), tuple(_effect(each) for each in listed), correction)
+        effects = tuple(_effect(each) for each in listed)
+        names = [name for name, _ in effects]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise InputError(f"{twice[0]} is there more than once", column="effect.name")
+        return cls(body, str(contact), effects, correction)
 
 
 def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
     name, known = table.get("name"), effect_classes()
     if not isinstance(name, str) or name not in known:
         raise unknown_name("effect", name, known, column="effect.name")
+    if unknown := sorted(set(table) - {"name", "stage", "start"}):
+        raise InputError("not known here; expected name, stage and start", column=f"effect.{unknown[0]}")
     start = table.get("start", {})
     numbers = isinstance(start, dict) and all(
         isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from bayestouch.effects import Setting, catalogue
-from bayestouch.finger.calibration import finger_calibration, with_identified_map
+from bayestouch.finger.calibration import finger_calibration, require_likelihood, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import errs_by_element, table_of
 from bayestouch.finger.density_with_effects import EffectPosterior
@@ -51,8 +51,9 @@ def begin(
     Raises
     ------
     InputError
-        For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
+        For the reasons of `bayestouch.finger.start.finger_start`, or an identified E map with `groups`.
     """
+    require_likelihood(groups, e_map)
     start = finger_start(data.observations(data.searched), data.dataset.sensor, contact, priors)
     if functions is not None:
         start = replace(start, calibrated=fit_with_places(start.calibrated, functions)[0])

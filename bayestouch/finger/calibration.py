@@ -53,8 +53,7 @@ def calibrate_finger(
     First the mode and the normal (Laplace) approximation at the mode are computed. Then emcee draws from the exact
     joint posterior of the parameters of the chain and of the noise, with proposals from this normal distribution.
     """
-    if groups and e_map != MODEL_MAP:
-        raise InputError("groups: draws of the elastic finger have no likelihood of an identified E map")
+    require_likelihood(groups, e_map)
     sensor, table = dataset.sensor, dataset.calibration
     finger = finger_of(sensor)
     assert table is not None
@@ -105,6 +104,18 @@ def calibrate_finger(
         both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
         calibration = replace(calibration, statistics={**calibration.statistics, **both})
     return calibration if e_map == "model" else with_identified_map(calibration, fit)
+
+
+def require_likelihood(groups: Sequence[str], e_map: str) -> None:
+    """Raise an error if groups are asked for that an E map does not have.
+
+    Raises
+    ------
+    InputError
+        There are groups, and the E map is identified.
+    """
+    if groups and e_map != MODEL_MAP:
+        raise InputError("groups: draws of the elastic finger have no likelihood of an identified E map")
 
 
 def finger_calibration(
@@ -260,8 +271,8 @@ def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
     notes = []
     if not known.repeated:
         notes.append(
-            "Not every element was read twice in a touch: model error and noise cannot be distinguished, and all of it "
-            "counts as noise."
+            "Not every element was read twice in a touch, or its samples are all equal: model error and noise cannot "
+            "be distinguished, and all of it counts as noise."
         )
     if known.force_scatter_dof == 0:
         source = "as stated" if priors.force_noise else "as assumed"

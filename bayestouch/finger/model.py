@@ -56,6 +56,8 @@ class FingerModel(SensorModel):
         table: for touches that are inferred.
     evaluator : TouchSeries or None
         Fast evaluation of the signals of these touches; None evaluates the chain.
+    assumed_load : (t,) array or None
+        Loads (N/m) of these touches where they were not measured; None for those of `SensorModel.load`.
     """
 
     finger: Finger
@@ -66,11 +68,19 @@ class FingerModel(SensorModel):
     largest_load: float
     pose: FloatArray | None = None
     evaluator: TouchSeries | None = None
+    assumed_load: FloatArray | None = None
 
     @property
     def n_base(self) -> int:
         """Number of base parameters."""
         return self.layout.n_chain
+
+    @cached_property
+    def load(self) -> FloatArray:
+        """Load as read, (t,), N/m; where it was not measured `assumed_load`, or as in `SensorModel`."""
+        if self.assumed_load is None:
+            return super().load
+        return np.where(np.isfinite(self.observed.load), self.observed.load, self.assumed_load)
 
     def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Prior mean, standard deviation, lower and upper bound of the vector, each (d,)."""
@@ -288,8 +298,8 @@ class FingerModel(SensorModel):
         return np.asarray((at(1.0) - at(-1.0)) / (2 * step[:, None]))
 
     def observing(self, observed: Rows) -> FingerModel:
-        """The same sensor and effects for other touches, without the fast evaluator."""
-        return self._sharing(replace(self, observed=observed, evaluator=None))
+        """The same sensor and effects for other touches, without what belongs to the touches: loads, fast evaluator."""
+        return self._sharing(replace(self, observed=observed, evaluator=None, assumed_load=None))
 
     def with_effects(self, effects: tuple[Effect, ...]) -> FingerModel:
         """The same sensor with other effects."""

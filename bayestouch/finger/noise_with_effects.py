@@ -11,6 +11,7 @@ from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import log_likelihood_of_scatter
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise import AddedNoise
@@ -219,7 +220,8 @@ def noise_with_effects(
     out = EffectNoise(known, layout, tuple(firsts), fitted.noise.peak, held, TouchSquares.of(model.known))
     if not effects or effects[0].added(effects[0].probes[0]):
         return out
-    observing = model.observing(raw)
+    # These are the touches of the fit: their loads are kept.
+    observing = replace(finger_model(model), observed=raw, evaluator=None)
     predicted, by_load = observing.predict(fitted.vector).touches, observing.by_load(fitted.vector)
     whitening = Whitening.of(raw, fitted.noise, predicted, by_load)
     scatter = TouchScatter.of(replace(fitted, model=observing, whitening=whitening))

@@ -19,6 +19,8 @@ POISSON_BOUNDS = 0.0, 0.4999
 # The model error is smaller than the noise of the mean of a touch, about equal, or (probability 1 %) more than four
 # times as large.
 DISCREPANCY = LogNormal(0.3, float(np.log(3.0)))
+# How the description of a parameter says that its prior has another unit than the parameter.
+IN_UNITS = "prior in units of"
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,13 @@ class FingerPriors:
 
     @classmethod
     def of(cls, sensor: Sensor) -> tuple[FingerPriors, tuple[str, ...]]:
-        """Default priors for a sensor, and their assumptions, one sentence each."""
+        """Default priors for a sensor, and their assumptions, one sentence each.
+
+        Raises
+        ------
+        InputError
+            If two elements have the same nominal angle.
+        """
         finger = finger_of(sensor)
         notes = []
         sigma, mu, force = sensor.rubber.poisson_ratio, sensor.rubber.shear_modulus_MPa, sensor.force_noise_sd
@@ -73,7 +81,14 @@ class FingerPriors:
             )
         # Fingers made by hand: r_s within a tenth of the rubber (the paper has 9.9 mm nominal, 9.8 to 10.7 mm fitted),
         # angles within a quarter of the pitch.
-        angles = np.sort(finger.element_angles_deg)
+        places = np.asarray(finger.element_angles_deg, dtype=float)
+        order = np.argsort(places, kind="stable")
+        angles = places[order]
+        if (same := np.flatnonzero(np.diff(angles) == 0)).size:
+            one, other = (f"e{i + 1:02d}" for i in order[same[0] : same[0] + 2])
+            raise InputError(
+                f"elements {one} and {other} have the same angle, {angles[same[0]]:g} degrees: state two angles"
+            )
         pitch = float(np.min(np.diff(angles))) if len(angles) > 1 else 8.0
         return (
             cls(
@@ -158,7 +173,7 @@ class FingerPriors:
                 r"\rho",
                 f"{reading_unit}/(N/m)",
                 self.response or wide,
-                own if self.response else f"{own} (prior in units of its largest reading over load)",
+                own if self.response else f"{own} ({IN_UNITS} its largest reading over load)",
             ),
             Parameter(
                 "noise_sd",
@@ -166,7 +181,7 @@ class FingerPriors:
                 "s",
                 reading_unit,
                 self.noise or LogNormal(1.0, np.log(10.0)),
-                noise if self.noise else f"{noise} (prior in units of 1 % of the element's peak)",
+                noise if self.noise else f"{noise} ({IN_UNITS} 1 % of the element's peak)",
             ),
             *(
                 [
@@ -176,7 +191,7 @@ class FingerPriors:
                         "d",
                         reading_unit,
                         self.discrepancy,
-                        "model error beyond noise (prior in units of the noise of a touch's mean)",
+                        f"model error beyond noise ({IN_UNITS} the noise of a touch's mean)",
                     )
                 ]
                 if discrepancy and self.discrepancy is not None
@@ -188,7 +203,7 @@ class FingerPriors:
                 "s_F",
                 "N/m",
                 self.force_noise or wide,
-                force if self.force_noise else f"{force} (prior in units of 0.5 % of the mean load)",
+                force if self.force_noise else f"{force} ({IN_UNITS} 0.5 % of the mean load)",
             ),
         )
 

@@ -102,9 +102,9 @@ class TouchSeries:
         blunt = known.radius_mm > 0
         low, high = known.load_range()
         ends = np.array([low[blunt].min(), high[blunt].max()]) if blunt.any() else np.array([0.0, 1.0])
-        kappa = ends / 1000 * known.radius_mm[blunt].max(initial=1.0) / np.exp(reach.log_mu[::-1])
-        if blunt.any():
-            kappa[0] *= known.radius_mm[blunt].min() / known.radius_mm[blunt].max()
+        radius = known.radius_mm[blunt] if blunt.any() else np.ones(1)
+        kappa = ends / 1000 * radius.max() / np.exp(reach.log_mu[::-1])
+        kappa[0] *= radius.min() / radius.max()
         scale = 0.1 * (finger.outer_radius_mm - finger.core_radius_mm) ** 2
         knots = int(np.ceil(np.diff(np.log1p(kappa / scale))[0] / KAPPA_STEP)) + 1
         solved = [

@@ -89,7 +89,9 @@ def finger_start(
         raise InputError("touches without a load above zero cannot be diagnosed with")
     known, reference = base.likelihood.known, base.likelihood.known.typical_load
     peak = np.abs(base.chain.response) * reference
-    model = replace(base.likelihood.model, observed=observed, pose=None, peak=peak, evaluator=None)
+    model = replace(
+        base.likelihood.model, observed=observed, pose=None, peak=peak, evaluator=None, assumed_load=known.load
+    )
     model = replace(model, evaluator=base.likelihood.series.at_loads(model.load))
     noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
     if priors.noise is not None:  # the noise of the fit combines the stated prior with the repeats

@@ -9,9 +9,9 @@ from bayestouch.errors import InputError
 from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.place.fit import DISCREPANCY_SETTING, NO_DISCREPANCY
 from bayestouch.finger.place.posterior import PlacePosterior
-from bayestouch.finger.priors import DISCREPANCY, FIELDS
+from bayestouch.finger.priors import DISCREPANCY, FIELDS, IN_UNITS
 from bayestouch.model.effect_list import EffectList
-from bayestouch.priors.parameters import LogNormal, Prior
+from bayestouch.priors.parameters import Parameter
 from bayestouch.results.objects import Calibration
 
 
@@ -39,7 +39,7 @@ def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
         for effect in (() if listed is None else listed.effects)
     )
     corrected = CorrectionTable.from_arrays(calibration.extra) is not None
-    priors = {p.name: p.prior for p in calibration.parameters if p.name in FIELDS and not _default(p.name, p.prior)}
+    priors = {p.name: p.prior for p in calibration.parameters if p.name in FIELDS and not _default(p)}
     places = PlacePosterior.from_arrays(calibration.extra)
     options: dict[str, Any] = {"contact": contact, "priors": priors}
     if places is not None:
@@ -47,9 +47,9 @@ def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
     return StatedModel("finger", contact, effects, corrected), options
 
 
-def _default(name: str, prior: Prior) -> bool:
-    """Whether a prior is the default discrepancy, or a default that depends on the readings (median 1 in files)."""
-    if name == "discrepancy_sd":
-        return prior == DISCREPANCY
-    in_units = ("response", "noise_sd", "force_noise_sd")
-    return name in in_units and isinstance(prior, LogNormal) and prior.median == 1.0
+def _default(parameter: Parameter) -> bool:
+    """Whether a prior is the default discrepancy, or a default in units that depend on the readings."""
+    # The prior of the discrepancy always has such units.
+    if parameter.name == "discrepancy_sd":
+        return parameter.prior == DISCREPANCY
+    return IN_UNITS in parameter.description

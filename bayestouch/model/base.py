@@ -163,9 +163,13 @@ class SensorModel(ABC):
 
     @cached_property
     def load(self) -> FloatArray:
-        """Load as read, (t,), N/m or N; where it was not measured, the mean of the measured loads."""
+        """Load as read, (t,), N/m or N.
+
+        Where it was not measured it is the mean of the measured loads, or the reference load if none was measured.
+        """
         load = self.observed.load
-        return np.where(np.isfinite(load), load, np.nanmean(load))
+        there = np.isfinite(load)
+        return np.where(there, load, np.nanmean(load) if there.any() else self.reference_load)
 
     def values(self, vector: FloatArray) -> tuple[Values, ...]:
         """Values of each effect in a vector, which holds the logarithm of values with a log-normal prior."""

@@ -97,10 +97,12 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
     amplitude = score.estimate(1e-6 * score.raw)
     start = list(probe)
     for place, i in enumerate(effect.amplitudes):
-        if np.isfinite(effect.parameters[i].null or 0.0):
-            low, high = effect.parameters[i].prior.support
-            reach = 3 * float(effect.parameters[i].prior.quantile(0.841) - effect.parameters[i].prior.quantile(0.5))
-            start[i] = float(np.clip(amplitude[place] * probe[i], max(low, -reach), min(high, reach)))
+        null, prior = effect.parameters[i].null or 0.0, effect.parameters[i].prior
+        if np.isfinite(null):
+            low, high = prior.support
+            reach = 3 * float(prior.quantile(0.841) - prior.quantile(0.5))
+            estimate = null + amplitude[place] * (probe[i] - null)
+            start[i] = float(np.clip(estimate, max(low, null - reach), min(high, null + reach)))
     z = normal_score(chi_square, count)
     if count == 1 and score.slope[0] < 0:
         z = -z

@@ -111,7 +111,10 @@ class TouchScatter(Scatter):
 
 
 def score_noise(fitted: Fitted, effects: tuple[NoiseEffect, ...]) -> tuple[NoiseCandidate, ...]:
-    """Fit of every noise effect that is not in the model, in decreasing order of the gain."""
+    """Fit of each of these noise effects, in decreasing order of the sum of `NoiseCandidate.difference`.
+
+    Empty if no touch has repeated samples.
+    """
     scatter = TouchScatter.of(fitted)
     if scatter is None:
         return ()

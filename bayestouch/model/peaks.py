@@ -41,8 +41,10 @@ def settled(fitted: Fitted) -> Fitted:
     noise = fitted.noise
     if fitted.linear.deviation_jacobian is not None:
         observed = fitted.model.known
-        spent = np.bincount(observed.row_touch, minlength=observed.n_touches)
-        freedom = (~np.isnan(observed.deviation)).sum(axis=0) - int((spent > 0).sum())
+        read = ~np.isnan(observed.deviation)
+        means = np.zeros((observed.n_touches, read.shape[1]), dtype=bool)
+        np.logical_or.at(means, observed.row_touch, read)
+        freedom = read.sum(axis=0) - means.sum(axis=0)
         square = (fitted.linear.deviation**2).sum(axis=0) / np.maximum(freedom, 1)
         noise = noise.with_(sd=np.where(freedom > 0, np.sqrt(square) * noise.sd, noise.sd))
     return fit_with_own_peaks(fitted.model, fitted.vector, noise, fitted.drifts)

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import gammaincc, ndtri
+from scipy.special import gammaincc, gammaln, ndtri, ndtri_exp
 
 from bayestouch.array_types import FloatArray
 
-# Above this chi-square the tail probability underflows and an asymptotic form is used.
+# Below this tail probability its logarithm is computed: smaller numbers lose digits.
+SMALLEST_TAIL = 1e-300
+# Above this chi-square the root is used where it is exact, with one degree of freedom.
 FAR = 600.0
 
 
 def normal_score(chi_square: float, freedom: float) -> float:
     """Two-sided normal score z with the same tail probability as a chi-square."""
-    if chi_square > FAR:
-        return float(np.sqrt(max(chi_square - (freedom - 1) * np.log(max(chi_square / freedom, 1.0)), 0.0)))
-    tail = float(gammaincc(0.5 * freedom, 0.5 * max(chi_square, 0.0)))
-    return float(-ndtri(0.5 * max(tail, 1e-300))) if tail < 1 else 0.0
+    if freedom == 1 and chi_square > FAR:
+        return float(np.sqrt(chi_square))
+    half, x = 0.5 * freedom, 0.5 * max(chi_square, 0.0)
+    tail = float(gammaincc(half, x))
+    if tail > SMALLEST_TAIL:
+        return float(-ndtri(0.5 * tail)) if tail < 1 else 0.0
+    # First term of the continued fraction of the incomplete gamma function. The tail is so small only where x is more
+    # than 30 sd above its mean; there the score is right to a relative error below 1e-5.
+    log_tail = half * np.log(x) - x - gammaln(half) - np.log(x + 1 - half)
+    return float(-ndtri_exp(log_tail - np.log(2)))
 
 
 def quadratic_score(slope: FloatArray, information: FloatArray) -> tuple[float, float]:

@@ -165,11 +165,10 @@ class SplitData:
         known = _known(table, body.references)
         place = np.cumsum(known) - 1
         size = max(2, int(known.sum()) // BLOCKS) if body.scanned else 1
-        held = known & ((place // size) % 4 == fold)
+        held = known & ((place // size) % 4 == fold) & (known.sum() >= ENOUGH_CALIBRATION)
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
-        held &= np.full(len(held), known.sum() >= ENOUGH_CALIBRATION)
         how = "every fourth touch is held out"
         if body.scanned:
             how = f"every fourth block of {size} touches that follow each other is held out"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,7 +45,28 @@ class Timing:
         held = np.maximum(time - np.minimum(first[group], time), 0.0)
         if np.isfinite(time).all() and np.all(np.diff(first[np.isfinite(first)]) >= 0) and n > 0 and np.ptp(time) > 0:
             return cls(time - time.min(), held, "s")
-        why = "times are missing" if np.isnan(time).any() else "times do not increase from touch to touch"
+        return cls._by_order(
+            touches, "times are missing" if np.isnan(time).any() else "times do not increase from touch to touch"
+        )
+
+    @classmethod
+    def in_unit(cls, touches: Touches, unit: str) -> Timing:
+        """The clock of a table for a calibration whose effects have times in this unit.
+
+        A calibration without times counts in touches, so the order of the rows is used also where the table has times.
+        """
+        found = cls.of(touches)
+        if found.unit == unit:
+            return found
+        if unit == "touch":
+            return cls._by_order(touches, "the touches of the calibration had no times")
+        return replace(
+            found, note=f"{found.note} The effects of the calibration have times in {unit}, which do not fit."
+        )
+
+    @classmethod
+    def _by_order(cls, touches: Touches, why: str) -> Timing:
+        _, group = groups(touches.touch)
         most = max(int(touches.sample.max(initial=0)), 1)
         held = HELD_SHARE * touches.sample / most
         return cls(group + held, held, "touch", f"{why}: the order of the rows is taken as time, one unit a touch.")
@@ -78,5 +99,6 @@ def typical_gap(time_s: FloatArray, held_s: FloatArray) -> float:
     start = time_s - held_s
     order = np.argsort(time_s, kind="stable")
     begin, now = start[order], time_s[order]
-    new = np.flatnonzero(np.diff(begin) > 0)
+    # The beginnings of the rows of one touch differ by rounding.
+    new = np.flatnonzero(np.diff(begin) > 1e-9 * (np.ptp(time_s) if len(time_s) else 0.0))
     return float(np.median(begin[new + 1] - now[new])) if len(new) else 0.0

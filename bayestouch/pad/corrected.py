@@ -133,7 +133,7 @@ class PadEffects:
             The same table, corrected with nearly the same values: the start of the Newton steps.
         """
         rows = np.flatnonzero(touches.in_contact)
-        clock = clock or Timing.of(touches)
+        clock = clock or Timing.in_unit(touches, self.listed.setting.time_unit)
         place = tuple(np.full(len(rows), np.nan) for _ in self.element_place)
         recording = replace(
             self._recording(np.ones(len(rows)), np.zeros((len(rows), len(self.peak))), place),

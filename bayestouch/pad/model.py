@@ -75,12 +75,6 @@ class PadModel(SensorModel):
         return self.n_chain + (0 if self.map is None else self.map.n_weights)
 
     @cached_property
-    def load(self) -> FloatArray:
-        """Load as read, (t,), N; the mean of measured loads where it was not measured, 1 if none was measured."""
-        load = self.observed.load
-        return np.where(np.isfinite(load), load, np.nanmean(load) if np.isfinite(load).any() else 1.0)
-
-    @cached_property
     def _logarithmic(self) -> NDArray[np.bool_]:
         return np.array([isinstance(prior, LogNormal) for prior in self.priors])
 

@@ -95,3 +95,8 @@ def test_what_cannot_go_together_is_refused_in_a_line(finger: bayestouch.DataSet
         bayestouch.calibrate(pad, model=CROSSTALK)
     with pytest.raises(bayestouch.InputError, match="map of a pad has it already"):
         bayestouch.calibrate(pad, model=StatedModel("pad", "", (("soft_spot", {}),)))
+
+
+def test_a_prior_that_would_not_be_used_is_refused(finger: bayestouch.DataSet) -> None:
+    with pytest.raises(bayestouch.InputError, match='discrepancy "none" has no such parameter'):
+        bayestouch.calibrate(finger, discrepancy="none", priors={"discrepancy_sd": Normal(1.0, 0.1)})

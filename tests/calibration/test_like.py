@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import pytest
 from known_fingers import dataset, known_touches
@@ -27,3 +29,21 @@ def test_chains_that_disagree_are_noted(calibration: bayestouch.Calibration) -> 
     """Touches against learned priors."""
     stuck = replace(calibration, statistics={**calibration.statistics, "rhat": 1.4})
     assert "R-hat is 1.40" in LikeEarlier({}, ("a.nc",)).noted(stuck).notes[-1]
+
+
+@pytest.mark.parametrize("like", ["earlier.nc", Path("earlier.nc"), ["earlier.nc"], (Path("earlier.nc"),), "itself"])
+def test_one_earlier_calibration_needs_no_list(
+    like: Any, calibration: bayestouch.Calibration, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By its path or as an object."""
+    seen: list[Any] = []
+
+    def of(body: Any, options: Any, dataset: Any) -> Any:
+        seen.extend(options["like"])
+        raise bayestouch.InputError("seen")
+
+    monkeypatch.setattr(LikeEarlier, "of", of)
+    given = calibration if like == "itself" else like
+    with pytest.raises(bayestouch.InputError, match="seen"):
+        bayestouch.calibrate(dataset(known_touches(2)), like=given, draws=8)
+    assert seen == [calibration] if like == "itself" else [str(each) for each in seen] == ["earlier.nc"]

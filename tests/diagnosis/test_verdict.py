@@ -269,3 +269,21 @@ def test_nothing_is_called_worse_in_a_file_of_version_0_1() -> None:
     assert worse_quantities(made)
     del made["change_against_stated_se"]
     assert not worse_quantities(made)
+
+
+def test_held_out_touches_that_show_nothing_leave_the_test_to_those_of_the_fit() -> None:
+    """A ratio of 300/(102 - 2) on the touches of the fit, where the loads of the others take all their readings.
+
+    If the fit has no measured load either, nothing is tested: its touches are no better than those that were held out.
+    """
+    known = SimpleNamespace(means=SimpleNamespace(pure_error_dof=np.array([400.0])), load=np.array([np.nan, 2.0]))
+    model = SimpleNamespace(known=known, n_base=2)
+    fitted: Any = SimpleNamespace(drifts=(), model=model, n_readings=102, chi_square=lambda: 300.0)
+    held: Any = SimpleNamespace(design=np.zeros((4, 0)), freedom=0.0, mean_square=np.nan)
+    found = lack_of_fit(fitted, held)
+    assert found.ratio == pytest.approx(3.0) and not found.held_out
+    assert found == lack_of_fit(fitted, None)
+    assert verdict(0, Remaining(found, found), found) == "unattributed"
+    known.load = np.full(2, np.nan)
+    found = lack_of_fit(fitted, held)
+    assert np.isnan(found.ratio) and found.held_out

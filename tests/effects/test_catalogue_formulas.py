@@ -209,3 +209,31 @@ def test_memory_is_what_all_touches_before_left(values: tuple[float, float, floa
     memory = effect_classes()["memory"].suited(setting)
     assert memory is not None
     same(memory.signal(there, values), read)
+
+
+@pytest.mark.parametrize(("axis", "name"), [(0, "x"), (1, "y")])
+def test_load_misalignment_of_a_pad_touched_along_a_line(axis: int, name: str) -> None:
+    """Where one coordinate does not change but for rounding, the error goes with the other."""
+    ranges = [(4.0, 4.0 + 1e-15), (4.0, 4.0)]
+    ranges[axis] = (-10.0, 30.0)
+    misaligned = effect_classes()["load_misalignment"]
+    found = misaligned.suited(replace(PAD, place_range=tuple(ranges)))
+    assert found is not None and [each.name for each in found.parameters] == [name]
+    there = pad()
+    wanted = there.load / (1 + 0.1 * (ON_PAD[:, axis] - 10) / 20)
+    same(found.pose(there, (0.1,)).load, wanted)
+    assert misaligned.suited(replace(PAD, place_range=((4.0, 4.0), (5.0, 5.0)))) is None
+
+
+def test_a_soft_spot_goes_round_a_finger() -> None:
+    """Over 180 degree; a pad has no such turn."""
+    angle = np.resize([175.0, -175.0, 185.0, -185.0], ROWS)
+    there = finger(place=(angle,))
+    spot = effect("soft_spot")
+    for centre in (180.0, -180.0):
+        found = spot.signal(there, (0.2, 10.0, 0.0, centre))
+        # A bell of half width 10 has 2^(-1/4) at 5.
+        same(found, there.signal * (1 + 0.2 * 0.5**0.25))
+    on_pad = pad()
+    far = replace(on_pad, place=(on_pad.place[0] + 360, on_pad.place[1]))
+    same(effect("soft_spot", "pad").signal(far, (0.2, 2.5, 0.0, 3.0, 8.0)), far.signal)

@@ -16,8 +16,10 @@ import bayestouch
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
+from bayestouch.finger.calibration import _noise_notes
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import fit_finger
+from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
@@ -322,3 +324,16 @@ def test_three_elements_agree_with_a_long_plain_emcee_run() -> None:
         assert a.std() == pytest.approx(b.std(), rel=0.045), i
         for probability in (0.05, 0.95):
             assert abs(np.quantile(a, probability) - np.quantile(b, probability)) < 0.13 * b.std(), i
+
+
+def test_a_note_names_repeats_that_are_all_equal() -> None:
+    """Every element was read twice, and one of them has the same number in all samples of a touch."""
+    table = known_touches(1, step=6.0)
+    readings = table.readings.copy()
+    readings[:, 2] = np.repeat(readings[::SAMPLES, 2], SAMPLES)
+    priors, _ = FingerPriors.of(sensor())
+    for values, noted in ((table.readings, False), (readings, True)):
+        known, _ = KnownTouches.of(table.with_(readings=values).averaged(), sensor().body)
+        assert known.repeated != noted
+        said = any("or its samples are all equal" in note for note in _noise_notes(known, priors))
+        assert said == noted

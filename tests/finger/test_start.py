@@ -10,6 +10,8 @@ import pytest
 import bayestouch
 from bayestouch.effects import StatedModel
 from bayestouch.finger.beginning import begin
+from bayestouch.finger.model import finger_model
+from bayestouch.finger.start import finger_start
 from bayestouch.model.split_data import SplitData
 from bayestouch.priors.parameters import Normal, Prior
 from bayestouch.results.objects import Calibration
@@ -51,3 +53,27 @@ def test_a_stated_model_without_effects_is_a_calibration_without_model() -> None
     assert plain.notes == stated.notes
     other = bayestouch.calibrate(dataset, model=StatedModel("finger", "hertz", ()), contact="layer", draws=64, seed=4)
     assert other.settings["contact"] == "layer"
+
+
+def test_loads_that_were_not_measured_are_those_of_the_fit_before() -> None:
+    """Loads of 60 to 340 N/m, half of them not measured, do not add to the lack of fit of the calibration.
+
+    At the mean load contacts are too wide or too narrow, which added a fifth.
+    """
+    dataset = simulate(replace(DESIGN, load_range=(60.0, 340.0)), seed=2).dataset
+    table = dataset.calibration
+    assert table is not None
+    blank = replace(dataset, calibration=table.with_(load=np.where(table.touch % 2 == 0, np.nan, table.load)))
+    split = SplitData.of_calibration(blank)
+    start = finger_start(split.observations(split.training), blank.sensor, "layer")
+    model = finger_model(start.fitted.model)
+    np.testing.assert_array_equal(model.load, start.calibrated.likelihood.known.load)
+    measured = np.isfinite(model.observed.load)
+    assert 0 < measured.sum() < measured.size
+    np.testing.assert_array_equal(model.load[measured], model.observed.load[measured])
+    # Both fits have the noise of repeats, and the same touches.
+    ratio = start.fitted.chi_square() / (start.fitted.n_readings - model.n_base)
+    assert ratio == pytest.approx(start.calibrated.lack_of_fit, rel=1e-3)
+    # Other touches have loads of their own.
+    other = model.observing(model.observed)
+    np.testing.assert_allclose(other.load[~measured], model.observed.load[measured].mean())

@@ -112,6 +112,9 @@ def test_steps() -> None:
 
 def test_loads_that_were_not_read_are_the_mean_of_the_others() -> None:
     np.testing.assert_array_equal(made().load, LOADS)
+    # The reference load, 5, where no touch has one.
+    unread: Any = SimpleNamespace(load=np.full(3, np.nan))
+    np.testing.assert_array_equal(made().observing(unread).load, [5.0, 5.0, 5.0])
     assert made().n_elements == 2
     np.testing.assert_array_equal(made().zero(VECTOR), [0.0, 0.0])
 

@@ -158,6 +158,16 @@ def test_start_stays_within_the_prior(prior: Any, wanted: float) -> None:
         assert found.start[0] == pytest.approx(sign * wanted, rel=2e-3)
 
 
+@pytest.mark.parametrize("null", [0.0, 1.0, -2.0])
+@pytest.mark.parametrize(("prior", "reach"), [(Uniform(-10.0, 10.0), 2.0), (Normal(0.0, 0.5), 3 * 0.5)])
+def test_start_is_counted_from_the_null(null: float, prior: Any, reach: float) -> None:
+    """Residuals of ±2 · place² are an amplitude that is 2 more or less than its null, or `reach` by the prior."""
+    effect = Power((parameter("size", prior, (null + 0.5,), null), parameter("power", LogNormal(1.0, 1.0), (2.0,))))
+    for sign in (1, -1):
+        (found,) = score_effects(fitted([2.0 * sign, 8.0 * sign, 18.0 * sign]), (effect,))
+        assert found.start == pytest.approx((null + sign * reach, 2.0), abs=5e-3)
+
+
 def test_signature_of_values_that_act_through_a_basis() -> None:
     """The derivative over the value times its probe, 0.5 · (1, 4, 9), whatever the second value is."""
 

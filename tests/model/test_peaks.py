@@ -66,15 +66,19 @@ def test_noise_stays_as_large_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_noise_is_what_effects_leave_within_touches(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three samples of one touch: the mean square of whitened deviations over two degrees of freedom."""
-    deviation = np.array([[2.0, np.nan], [-2.0, np.nan], [0.0, np.nan]])
-    known = SimpleNamespace(row_touch=np.zeros(3, dtype=int), n_touches=2, deviation=deviation)
-    noise = SimpleNamespace(sd=np.array([0.5, 0.3]))
+    """Three samples of one touch: the mean square of whitened deviations over two degrees of freedom.
+
+    The last element was read in the other touch, too: 8 + 2 over 2 + 1.
+    """
+    nan = np.nan
+    deviation = np.array([[2.0, nan, 2.0], [-2.0, nan, -2.0], [0.0, nan, 0.0], [nan, nan, 1.0], [nan, nan, -1.0]])
+    known = SimpleNamespace(row_touch=np.array([0, 0, 0, 1, 1]), n_touches=3, deviation=deviation)
+    noise = SimpleNamespace(sd=np.array([0.5, 0.3, 0.5]))
     noise.with_ = lambda **changes: SimpleNamespace(**changes)
     linear = SimpleNamespace(deviation_jacobian=np.zeros((6, 1)), deviation=np.nan_to_num(deviation))
     fitted: Any = SimpleNamespace(noise=noise, linear=linear, model=SimpleNamespace(known=known), vector=0, drifts=())
     monkeypatch.setattr(peaks, "fit_with_own_peaks", lambda model, vector, noise, drifts: noise)
     # (4 + 4)/(3 - 1) = 4: twice the noise; the element that was not read keeps its own.
-    np.testing.assert_allclose(peaks.settled(fitted).sd, [1.0, 0.3])
+    np.testing.assert_allclose(peaks.settled(fitted).sd, [1.0, 0.3, 0.5 * np.sqrt(10 / 3)])
     linear.deviation_jacobian = None
     assert peaks.settled(fitted) is noise

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.special import logsumexp
 
 from bayestouch.model.significance import (
     at_least_one,
@@ -24,11 +25,32 @@ def test_normal_score_has_the_tail_of_the_chi_square(chi_square: float, freedom:
 def test_normal_score_at_its_ends() -> None:
     assert normal_score(0.0, 3.0) == 0.0 and normal_score(-1.0, 3.0) == 0.0
     assert normal_score(1e4, 1.0) == pytest.approx(100.0, rel=1e-12)
-    # The asymptotic form leaves out a constant of the order of freedom · log(freedom): 0.2 % here.
-    for freedom in (2.0, 3.0, 5.0):
-        wanted = stats.norm.isf(stats.chi2.sf(610.0, freedom) / 2)
-        assert normal_score(610.0, freedom) == pytest.approx(wanted, rel=5e-3)
-        assert normal_score(610.0, freedom) == pytest.approx(np.sqrt(610 - (freedom - 1) * np.log(610 / freedom)))
+    assert normal_score(601.0, 1.0) == np.sqrt(601.0)
+
+
+@pytest.mark.parametrize(
+    ("chi_square", "freedom"),
+    [
+        (610.0, 2.0),
+        (610.0, 5.0),
+        (650.0, 600.0),
+        (1300.0, 20.0),
+        (1500.0, 2.0),
+        (2e4, 2.0),
+        (4000.0, 600.0),
+        (9e4, 3e4),
+    ],
+)
+def test_normal_score_has_the_tail_of_a_large_chi_square(chi_square: float, freedom: float) -> None:
+    """Twice the tail of z is that of the chi-square, here as logarithms from the Poisson sum of an even freedom."""
+    n = np.arange(int(freedom) // 2)
+    wanted = stats.chi2.logsf(chi_square, freedom)
+    if freedom % 2 == 0:
+        wanted = logsumexp(stats.poisson.logpmf(n, chi_square / 2))
+    z = normal_score(chi_square, freedom)
+    # The error of z is that of the logarithm over z.
+    assert np.log(2) + stats.norm.logsf(z) == pytest.approx(wanted, abs=1e-5 * z**2 + 1e-9)
+    assert z > 1.7
 
 
 def test_sum_of_squares_of_a_slope() -> None:

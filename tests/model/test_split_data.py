@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import touches_from
@@ -13,7 +14,7 @@ from bayestouch.finger import body as finger
 from bayestouch.model import split_data as data
 from bayestouch.model.split_data import _known, remarks_on
 from bayestouch.pad import body as pad
-from bayestouch.simulation import PadDesign, simulate
+from bayestouch.simulation import FingerDesign, PadDesign, simulate
 
 NAN = np.nan
 FINGER, PAD = finger.BODY.references, pad.BODY.references
@@ -81,3 +82,16 @@ def test_a_search_may_use_a_part_of_the_touches_that_calibrations_use() -> None:
     assert "the search uses 30 of 76 touches" in part.notes[-1]
     assert split.thinned(76, seed=4) is split.thinned(None, seed=4) is split
     np.testing.assert_array_equal(split.searched, split.training)
+
+
+@pytest.mark.parametrize(("count", "held"), [(39, 0), (40, 10)])
+def test_few_touches_of_one_table_are_all_fitted(count: int, held: int) -> None:
+    """Below forty none is held out, and none is lost."""
+    sensor = simulate(FingerDesign(n_elements=4, calibration_span_deg=20, touch_step_deg=10), seed=0).dataset.sensor
+    rng = np.random.default_rng(0)
+    touches = touches_from(
+        np.arange(count), rng.normal(size=(count, 4)), angle_deg=np.zeros(count), indenter_radius_mm=np.ones(count)
+    )
+    split = data.SplitData.of(DataSet(sensor, None, touches))
+    assert (split.training.sum(), split.held_out.sum()) == (count - held, held)
+    assert (data.TOO_FEW in split.notes) == (held == 0)

@@ -90,3 +90,35 @@ def test_one_good_clock_of_two_is_none() -> None:
         np.testing.assert_allclose(one.time_s, [0, 0.2, 1])
         # From the end of the first touch at 0.2 to the next at 1: a gap of 0.8.
         np.testing.assert_allclose(two.time_s, [1.8, 2.0, 2.8])
+
+
+def test_a_gap_is_not_one_of_rounding() -> None:
+    """Three touches of ten samples each, 5 s apart; times minus times held differ in their last digits."""
+    samples = 0.1 * np.arange(10)
+    time, held = np.concatenate([begin + samples for begin in (0.3, 6.2, 12.1)]), np.tile(samples, 3)
+    steps = np.diff(time - held)
+    # More of them than there are gaps.
+    assert ((steps > 0) & (steps < 1e-9)).sum() > 2
+    assert typical_gap(time, held) == pytest.approx(5.0)
+    assert typical_gap(np.zeros(0), np.zeros(0)) == 0.0
+    # A recording whose touches all begin at once has no gap.
+    assert typical_gap(np.zeros(3), np.zeros(3)) == 0.0
+
+
+def test_clock_in_the_unit_of_a_calibration() -> None:
+    """A calibration without times counts touches, also where a table has times; the other way round they do not fit."""
+    timed, untimed = table([10.0, 11.0, 20.0], [0, 0, 1]), table([np.nan] * 3, [0, 0, 1])
+    found = Timing.in_unit(timed, "touch")
+    np.testing.assert_array_equal(found.time_s, Timing.of(untimed).time_s)
+    np.testing.assert_array_equal(found.held_s, Timing.of(untimed).held_s)
+    assert found.unit == "touch"
+    how = "the order of the rows is taken as time, one unit a touch."
+    assert found.note == f"the touches of the calibration had no times: {how}"
+    found = Timing.in_unit(untimed, "s")
+    np.testing.assert_allclose(found.time_s, [0.0, 0.2, 1.0])
+    assert found.unit == "touch"
+    assert found.note == (f"times are missing: {how} The effects of the calibration have times in s, which do not fit.")
+    for one, unit in ((timed, "s"), (untimed, "touch")):
+        same = Timing.in_unit(one, unit)
+        np.testing.assert_array_equal(same.time_s, Timing.of(one).time_s)
+        assert (same.unit, same.note) == (unit, Timing.of(one).note)

@@ -35,7 +35,7 @@ def observe(
     corrected: Touches, effects_chain: ChainWithEffects, noise: Noise, each_sample: bool
 ) -> tuple[Observations, str]:
     """Touches of a table with times, without readings that are probably wrong, and a note on the assumed times."""
-    timing = Timing.of(corrected)
+    timing = Timing.in_unit(corrected, effects_chain.listed.setting.time_unit)
     table = corrected
     for effect in effects_chain.listed.of_noise:
         table = without_wrong(
