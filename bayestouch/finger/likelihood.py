@@ -8,6 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
+from bayestouch.errors import InputError
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
@@ -27,6 +28,13 @@ PRIOR_REACH, POSTERIOR_REACH = 4.0, 6.0
 MOST_RANGES = 6
 # With functions of place a fit ends when a step increases the log density by less than this.
 NEGLIGIBLE = 1e-4
+
+
+def too_soft(lowest_MPa: float) -> InputError:
+    """Error for a prior of μ that is below the softest rubber on which the largest load has a contact, MPa."""
+    return InputError(
+        f"prior of mu: softer than {lowest_MPa:.3g} MPa, below which the contact of the largest load has no solution"
+    )
 
 
 class FingerLikelihood:
@@ -88,6 +96,8 @@ class FingerLikelihood:
         at, (low, high) = self.layout, self.bounds
         below = np.maximum(centre - times * sd, low[: at.n_chain])
         above = np.minimum(centre + times * sd, high[: at.n_chain])
+        if not above[at.log_mu] > below[at.log_mu]:
+            raise too_soft(float(np.exp(below[at.log_mu])))
         return Reach(
             sigma=(float(below[at.sigma]), float(above[at.sigma])),
             log_mu=(float(below[at.log_mu]), float(above[at.log_mu])),

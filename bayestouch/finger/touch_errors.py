@@ -72,13 +72,15 @@ def errors_by_touch(
     Parameters
     ----------
     estimate, reference : mappings of (t,) arrays
-        Posterior means and references of R (mm), theta_c (degree) and P (N/m).
+        Posterior means and references of R (mm), theta_c (degree) and P (N/m). An error of theta_c is the way around
+        the finger that is shorter.
     low, high : (t,) arrays
         Ends of the interval of R, mm.
     tip_mm : (t,) array
         Stated radius of the tip, mm: only intervals of round tips count.
     """
     error = {name: estimate[name] - reference[name] for name in ("R", "theta_c", "P")}
+    error["theta_c"] = error["theta_c"] - 360 * np.round(error["theta_c"] / 360)
     inside = ((low <= reference["R"]) & (reference["R"] <= high)).astype(float)
     return {
         "R_bias_mm": error["R"],

@@ -13,10 +13,12 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError, shown
-from bayestouch.priors import parameters as known
+from bayestouch.priors import parameters, radius
 from bayestouch.priors.parameters import Parameter, Prior
 
 _TEXTS = ("name", "symbol", "latex", "unit", "description")
+# Attributes of priors that are no numbers: a word, and another prior.
+_WORDS, _PRIORS = ("text", "quantity"), ("prior", "density")
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,9 @@ def parameters_from_json(text: str) -> tuple[Parameter, ...]:
 
 
 def _prior_to_plain(prior: Prior) -> dict[str, Any]:
-    # A class of the same name from other code must not be read as a class of this package.
-    name = type(prior).__name__
-    if getattr(known, name, None) is type(prior) and is_dataclass(prior):
-        return {"kind": name} | {field.name: _number_to_plain(getattr(prior, field.name)) for field in fields(prior)}
+    if _is_known(prior) and is_dataclass(prior):
+        values = {field.name: getattr(prior, field.name) for field in fields(prior)}
+        return {"kind": type(prior).__name__} | {name: _to_plain(name, value) for name, value in values.items()}
     low, high = prior.support
     return {
         "kind": "PriorOfOtherCode",
@@ -92,16 +93,37 @@ def _prior_to_plain(prior: Prior) -> dict[str, Any]:
 
 
 def _prior_from_plain(plain: dict[str, Any]) -> Prior:
-    values = {
-        key: value if key == "text" else _number_from_plain(value) for key, value in plain.items() if key != "kind"
-    }
+    values = {key: _from_plain(key, value) for key, value in plain.items() if key != "kind"}
     if plain["kind"] == "PriorOfOtherCode":
         return PriorOfOtherCode(**values)
-    kind = getattr(known, str(plain["kind"]), None)
-    # The name comes from a file: only a prior of this package may be called.
-    if not (isinstance(kind, type) and is_dataclass(kind) and hasattr(kind, "log_density")):
+    kind = _known(str(plain["kind"]))
+    if kind is None:
         raise InputError(f"expected a prior that this version knows, got {shown(plain['kind'])}")
     return cast("Prior", kind(**values))
+
+
+def _known(name: str) -> type | None:
+    """Class of a prior of this package. A name comes from a file: nothing else may be called."""
+    kind = getattr(parameters, name, getattr(radius, name, None))
+    return kind if isinstance(kind, type) and is_dataclass(kind) and hasattr(kind, "log_density") else None
+
+
+def _is_known(prior: Prior) -> bool:
+    # A class of the same name from other code must not be read as a class of this package.
+    inner = (getattr(prior, name, None) for name in _PRIORS)
+    return _known(type(prior).__name__) is type(prior) and all(each is None or _is_known(each) for each in inner)
+
+
+def _to_plain(name: str, value: Any) -> Any:
+    if name in _WORDS or (name in _PRIORS and value is None):
+        return value
+    return _prior_to_plain(value) if name in _PRIORS else _number_to_plain(value)
+
+
+def _from_plain(name: str, value: Any) -> Any:
+    if name in _WORDS or (name in _PRIORS and value is None):
+        return value
+    return _prior_from_plain(value) if name in _PRIORS else _number_from_plain(value)
 
 
 def _number_to_plain(value: Any) -> Any:

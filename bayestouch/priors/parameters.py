@@ -12,6 +12,10 @@ from scipy.special import gammaln, ndtr, ndtri, stdtr, stdtrit
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 
+# A truncated prior with a smaller probability contradicts its bounds. In the upper tail a difference of two
+# probabilities would have fewer than four digits, and quantiles would be infinite.
+LEAST_PROBABILITY = 1e-12
+
 
 class Prior(Protocol):
     """Protocol of a one-dimensional prior density."""
@@ -68,7 +72,7 @@ class Normal:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.mean) and 0 < self.sd < np.inf):
             raise InputError(f"normal prior: expected a finite mean and sd > 0, got {self.mean:g}, {self.sd:g}")
-        if not self.low < self.high or self._mass <= 0:
+        if not self.low < self.high or self._mass < LEAST_PROBABILITY:
             raise InputError(f"normal prior: nothing of it lies between {self.low:g} and {self.high:g}")
 
     @property
@@ -138,7 +142,7 @@ class StudentT:
                 "Student-t prior: expected a finite centre, scale > 0 and degrees of freedom > 0, got "
                 f"{self.centre:g}, {self.scale:g}, {self.dof:g}"
             )
-        if not self.low < self.high or self._mass <= 0:
+        if not self.low < self.high or self._mass < LEAST_PROBABILITY:
             raise InputError(f"Student-t prior: nothing of it lies between {self.low:g} and {self.high:g}")
 
     @property

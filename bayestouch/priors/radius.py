@@ -131,8 +131,11 @@ class RadiusOfTips:
     @property
     def radius_mm(self) -> FloatArray:
         """Composite radius R of each tip in mm."""
+        radius = np.asarray(self.indenter_radius_mm, dtype=float)
         with np.errstate(divide="ignore"):
-            return np.asarray(1 / (1 / self.outer_radius_mm + 1 / np.asarray(self.indenter_radius_mm)))
+            composite = 1 / (1 / self.outer_radius_mm + 1 / radius)
+        # The inverse of an inverse is not always the same number, and r_c of a flat must be infinite again.
+        return np.where(np.isinf(radius), self.outer_radius_mm, composite)
 
     @property
     def n_alternatives(self) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bayestouch.reading.fault_kinds import ColumnFault
+from bayestouch.reading.fault_tests import FEWEST
 from bayestouch.reading.faults import SensorCheck
 
 # Settings of a result that say how many touches were checked, and what was found.
@@ -15,7 +16,7 @@ _FAULTS = _LEFT_OUT, _FORCE, _ORDER, _WIDENED = "elements_left_out", "force_sens
 
 
 def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
-    """One sentence for each fault that was found; empty for a sensor without faults.
+    """One sentence for each fault that was found, or that nothing was checked; empty for a sensor without faults.
 
     Parameters
     ----------
@@ -25,6 +26,8 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
         Unit of the load.
     """
     m = len(check.order)
+    if not check.touches:
+        return (f"the sensor is not checked: that needs at least {FEWEST} touches and three elements",)
     notes = [
         _force(fault, load_unit) if fault.column == m else f"{_name(fault.column)} {_element(fault)} and is left out"
         for fault in check.faults
@@ -46,7 +49,10 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
 
 
 def is_sound(settings: Mapping[str, str | float]) -> bool:
-    """True if the settings of a result say that the check of the sensor found no fault."""
+    """True if the settings of a result say that the check of the sensor found no fault.
+
+    It is also true if there was too little to check: then a second check would find as little.
+    """
     return _CHECKED in settings and not any(key in settings for key in _FAULTS)
 
 

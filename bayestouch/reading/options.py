@@ -70,6 +70,8 @@ class Options:
             raise InputError(f"method: expected {' or '.join(METHODS)}, got {self.method!r}{question}")
         if draws < 64:
             raise InputError(f"draws: expected at least 64, got {draws}")
+        if self.seed < 0:
+            raise InputError(f"seed: expected 0 or more, got {self.seed}")
         if not 1 <= thin <= draws // 16:
             raise InputError(f"thin: expected 1 to {draws // 16}, a sixteenth of the draws, got {thin}")
         chosen_groups(self.groups)

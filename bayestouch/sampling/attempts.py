@@ -90,7 +90,8 @@ def draw_until_good(
         points, log_at = begun(points, log_at)
         kept, log_derivative = to_vectors(points)
         ess, rhat = bulk_statistics(kept)
-        if best is None or not best.ess_bulk.min() >= ess.min():
+        # The size is NaN where a chain found no point: such an attempt must not replace a better one.
+        if best is None or np.isnan(best.ess_bulk.min()) or ess.min() > best.ess_bulk.min():
             log = log_at - log_derivative
             best = replace(drawn, draws=kept, log_density=log, ess_bulk=ess, rhat=rhat)
         if long_enough(ess, rhat, draws):

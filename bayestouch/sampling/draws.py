@@ -54,10 +54,10 @@ class BlockDraws:
         Bulk effective sample size and R-hat of each parameter over the chains, as in ArviZ; NaN for a
         constant parameter.
     pareto_k : (B,) array
-        Pareto shape of the ratios of posterior to proposal; NaN in rounds 3 and 4, which have no proposal.
+        Pareto shape of the ratios of posterior to proposal; NaN in rounds 3 to 5, whose moves do not use these ratios.
     rounds : (B,) int array
         Round of the draws: 1 with the given proposal, 2 with one fitted to the posterior, 3 with ensembles; 4 with
-        moves of the caller.
+        moves of the caller, 5 with moves that renew a part of the coordinates.
     grade : (B,) bool array
         Whether the targets are met.
     """

@@ -29,8 +29,6 @@ class ImportanceDraws:
         consecutively, so that ArviZ sees its weight as autocorrelation. NaN if no proposal had a finite density.
     log_density : (W, n, B) array
         Log density at each draw.
-    mean, sd : (B, d) arrays
-        Weighted mean and standard deviation of all proposals: less noisy than those of the draws.
     ess : (B,) array
         ``1 / sum(weights²)``.
     pareto_k : (B,) array
@@ -41,8 +39,6 @@ class ImportanceDraws:
 
     draws: FloatArray
     log_density: FloatArray
-    mean: FloatArray
-    sd: FloatArray
     ess: FloatArray
     pareto_k: FloatArray
     grade: BoolArray
@@ -82,8 +78,6 @@ def importance_blocks(
         # The draws of one parameter are contiguous in memory, as files and diagnostics need them.
         draws=np.moveaxis(np.empty((d, walkers, draws, n_blocks)), 0, -1),
         log_density=np.empty((walkers, draws, n_blocks)),
-        mean=np.empty((n_blocks, d)),
-        sd=np.empty((n_blocks, d)),
         ess=np.empty(n_blocks),
         pareto_k=np.empty(n_blocks),
         grade=np.empty(n_blocks, dtype=bool),
@@ -103,13 +97,7 @@ def importance_blocks(
             return np.moveaxis(values.take(chosen).reshape(-1, walkers, draws), 0, 2)
 
         for j in range(d):
-            column = x[..., j]
-            mean = np.einsum("bn,bn->b", weights, column)
-            deviation = column - mean[:, None]
-            deviation *= deviation
-            result.mean[part, j] = mean + nan
-            result.sd[part, j] = np.sqrt(np.einsum("bn,bn->b", weights, deviation))
-            result.draws[:, :, part, j] = by_chain(column)
+            result.draws[:, :, part, j] = by_chain(x[..., j])
         result.log_density[:, :, part] = by_chain(log_p)
         if not found.all():
             result.draws[:, :, part] += nan[:, None]

@@ -49,10 +49,10 @@ def sample_blocks(
 
     One `emcee.EnsembleSampler` moves the walkers of many blocks. In the first round each walker is an independence
     Metropolis chain with the proposal of its block. Blocks that miss the targets are sampled again with four steps per
-    kept draw, from a mixture fitted to the posterior (or from the same proposal, if that is good and the chains were
-    only too short); if that does not suffice, with 32 and then 128 steps from this mixture. Blocks that still miss the
-    targets are sampled with stretch and differential-evolution moves, each block in ensembles of its own. The better
-    round is kept.
+    kept draw. If the proposal of a block is good and its chains were only too short, they use the same proposal, and
+    the block is not sampled a third time. The others use a mixture fitted to the posterior. Those that still miss the
+    targets are sampled with 32 and then 128 steps from this mixture, and at last with stretch and
+    differential-evolution moves, each block in ensembles of its own. The better round is kept.
     With more than eight parameters the second round uses the first proposal again and there is no third round.
 
     Parameters

@@ -27,10 +27,10 @@ from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit, fit_finger
-from bayestouch.finger.likelihood import LOAD_REACH
+from bayestouch.finger.likelihood import LOAD_REACH, too_soft
 from bayestouch.finger.priors import FIELDS, FingerPriors
 from bayestouch.finger.softest_rubber import softest
-from bayestouch.priors.parameters import LogNormal, Prior
+from bayestouch.priors.parameters import LEAST_MASS, LogNormal, Prior
 from bayestouch.simulation_based_calibration.effects import SimulatedEffects, known_touches
 from bayestouch.simulation_based_calibration.running import Ranked, by_element, ranks_of
 
@@ -262,11 +262,18 @@ def draw_parameters(design: CalibrationDesign, reads: float, rng: np.random.Gene
 
     As documented, priors of angles are for deviations from the design, and the prior of the discrepancy is in units of
     the noise of the mean of a touch with `reads` readings.
+
+    Raises
+    ------
+    InputError
+        Nearly nothing of the prior of μ is such a rubber.
     """
     finger, m = design.finger, design.finger.n_elements
     shapes = {name: () if name in ("sigma", "mu", "force_noise_sd") else (m,) for name in FIELDS}
     largest_load = LOAD_REACH * float(design.touches.averaged().load.max())
     lowest = np.exp(softest(finger, largest_load, float(design.drawn_from["sigma"].support[0])))
+    if design.drawn_from["mu"].quantile(1 - LEAST_MASS) <= lowest:
+        raise too_soft(float(lowest))
     while True:
         drawn = {name: design.drawn_from[name].quantile(rng.random(shape)) for name, shape in shapes.items()}
         if drawn["mu"] > lowest:

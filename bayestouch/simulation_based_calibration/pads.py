@@ -150,5 +150,5 @@ class PadCalibrationDesign:
         scatter -= grouped_mean(scatter, group, len(ids))[group]
         true = {"gain": gain, "offset": offset, **{f"{c}_s": x for c, x in zip(COORDINATES, place.T, strict=False)}}
         true |= {each.name: np.asarray(value) for each, value in zip(kernel.parameters, values, strict=True)}
-        readings = rng.normal(offset + clean, noise)
+        readings = np.where(np.isnan(touches.readings), np.nan, rng.normal(offset + clean, noise))
         return true | self.added.named(of_effects), touches.with_(readings=readings, load=means.load[group] + scatter)

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.output.progress import Progress
-from bayestouch.parallel.cluster import on_cluster
+from bayestouch.parallel.cluster import in_order
 from bayestouch.simulation_based_calibration.ranks import RankStatistics, of_ranks, rank
-
-# Fewer simulations than this finish before other processes have started.
-WORTH_PROCESSES = 16
 
 Ranked = dict[str, tuple[int, bool]]
 
@@ -35,28 +31,16 @@ def check_calibration(
     The log density of the posterior is a function of parameters and data: its rank reveals errors that marginal ranks
     may not show (Modrák et al. 2023, doi:10.1214/23-BA1404).
     """
-    found: dict[int, Ranked] = {}
-    for number, piece in _numbered(design, range(simulations), scheduler):
-        found[number] = piece
+
+    def report(finished: int) -> None:
         if progress is not None:
-            progress(len(found) / simulations)
-    pieces = [found[number] for number in range(simulations)]
-    ranks = {name: np.array([piece[name][0] for piece in pieces]) for name in pieces[0]}
-    return of_ranks(ranks, {name: float(np.mean([piece[name][1] for piece in pieces])) for name in pieces[0]})
+            progress(finished / simulations)
 
-
-def _numbered(design: Ranking, numbers: range, scheduler: str | None) -> Iterator[tuple[int, Ranked]]:
-    """Yield the number and result of each simulation, from a cluster, or from all cores if there are enough of them."""
-    from concurrent.futures import ProcessPoolExecutor
-
-    workers = os.cpu_count() or 1
-    if scheduler is not None:
-        yield from on_cluster(scheduler, _ranked, design, zip(numbers, numbers, strict=True))
-    elif workers == 1 or len(numbers) < WORTH_PROCESSES:
-        yield from ((number, design.ranked(number)) for number in numbers)
-    else:
-        with ProcessPoolExecutor(workers) as pool:
-            yield from zip(numbers, pool.map(design.ranked, numbers, chunksize=4), strict=True)
+    pieces = in_order(scheduler, _ranked, design, range(simulations), report)
+    # A quantity that is held in some simulations has no rank there, see `ranks_of`.
+    names = [name for name in pieces[0] if all(name in piece for piece in pieces)]
+    ranks = {name: np.array([piece[name][0] for piece in pieces]) for name in names}
+    return of_ranks(ranks, {name: float(np.mean([piece[name][1] for piece in pieces])) for name in names})
 
 
 def _ranked(design: Ranking, number: int) -> Ranked:

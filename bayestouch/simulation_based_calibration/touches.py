@@ -21,15 +21,17 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
+from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.inference import infer
 from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.data import require_calibration
 from bayestouch.results.objects import Calibration
-from bayestouch.simulation_based_calibration.ranks import BINS, RankStatistics, rank_statistics
+from bayestouch.simulation_based_calibration.ranks import BINS, RANKED, RankStatistics, rank_statistics
 
-# Prior of a touch as in docs/statistics.md: margin of the location beyond the outermost elements, degree, and largest
-# load in mean calibration loads. Repeated here, so that the check is independent of `infer`.
+# Prior of a touch as in docs/statistics.md: margin of the location beyond the outermost elements, degree (less where
+# both margins together would be wider than the gap of the finger), and largest load in mean calibration loads. Repeated
+# here, so that the check is independent of `infer`.
 MARGIN_DEG, LARGEST_LOAD = 20.0, 3.0
 
 
@@ -78,7 +80,7 @@ def sbc(
         Kernel of a pad. Its parameters are drawn from their priors; gains, offsets and places of the elements, whose
         priors are nearly flat, from the narrower ones of the module `pads` (calibrations of pads only).
     draws : int, optional
-        Posterior draws of each simulation: by default 1024 of a touch, 400 of a calibration.
+        Posterior draws of each simulation, at least 100: by default 1024 of a touch, 400 of a calibration.
     seed : int
         Seed of all random numbers.
     scheduler : str, optional
@@ -95,8 +97,9 @@ def sbc(
     Raises
     ------
     InputError
-        If touches are tested and the sensor is not a finger, or its calibration has effects or an identified E map
-        (which the simulation does not include); if the number of simulations is too small, or an option does not apply.
+        If touches are tested and the sensor is not a finger, or its calibration has effects, an identified E map or
+        functions of place (which the simulation does not include; `calibrate` with ``discrepancy="touch"`` has no
+        functions of place); if there are too few simulations or draws, or an option does not apply.
 
     Examples
     --------
@@ -110,6 +113,9 @@ def sbc(
     """
     if simulations < 5 * BINS:
         raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
+    if draws is not None and draws <= RANKED:
+        # A rank is among this number of draws, each of which counts once.
+        raise InputError(f"draws: expected at least {RANKED + 1}, got {draws}")
     if isinstance(of, DataSet):
         if plug_in or samples != 1 or method != "emcee":
             raise InputError("samples, plug_in and method are options of a calibration's touches, not of a data set")
@@ -117,11 +123,13 @@ def sbc(
         from bayestouch.simulation_based_calibration.running import check_calibration
 
         if kernel is not None:
+            if priors or contact != "layer":
+                raise InputError("priors and contact are options of a finger's calibration, kernel of a pad's")
             from bayestouch.simulation_based_calibration.pads import PadCalibrationDesign
 
-            pad = PadCalibrationDesign.of(of, kernel, draws or 400, seed, effects)
+            pad = PadCalibrationDesign.of(of, kernel, 400 if draws is None else draws, seed, effects)
             return check_calibration(pad, simulations, progress, scheduler)
-        design = CalibrationDesign.of(of, priors or {}, contact, draws or 400, seed, effects)
+        design = CalibrationDesign.of(of, priors or {}, contact, 400 if draws is None else draws, seed, effects)
         return check_calibration(design, simulations, progress, scheduler)
     if priors or contact != "layer" or effects or kernel is not None or scheduler is not None:
         raise InputError(
@@ -130,12 +138,13 @@ def sbc(
         )
     require_calibration(of)
     finger_of(of.sensor, "simulation-based calibration")
-    if of.has_effects or of.has_identified_map:
+    if of.has_effects or of.has_identified_map or PlacePosterior.from_arrays(of.extra) is not None:
         raise InputError(
-            "simulation-based calibration of touches simulates the elastic model: calibrate without effects and with "
-            "the E map of the model"
+            "simulation-based calibration of touches simulates the elastic model: calibrate without effects, with "
+            'the E map of the model, and with discrepancy="touch" (--discrepancy touch)'
         )
-    return _check_touches(of, simulations, samples, plug_in, method, draws or 1024, seed, progress)
+    n = 1024 if draws is None else draws
+    return _check_touches(of, simulations, samples, plug_in, method, n, seed, progress)
 
 
 def _check_touches(
@@ -189,11 +198,13 @@ def simulate_touches(
     finger = finger_of(calibration.sensor)
     place = np.asarray(calibration.mode["theta_s"])
     outer, largest = finger.outer_radius_mm, LARGEST_LOAD * float(np.nanmean(calibration.rows.load))
+    gap = 360.0 - float(np.ptp(place))
+    margin = min(MARGIN_DEG, max(0.0, gap / 2))
     radius = rng.uniform(0.0, outer, simulations)
     truth = {
         "R": radius,
         "r_c": radius * outer / (outer - radius),
-        "theta_c": rng.uniform(place.min() - MARGIN_DEG, place.max() + MARGIN_DEG, simulations),
+        "theta_c": rng.uniform(place.min() - margin, place.max() + margin, simulations),
         "P": rng.uniform(0.0, largest, simulations),
     }
     flat = {name: values.reshape(-1, *values.shape[2:]) for name, values in calibration.posterior.items()}

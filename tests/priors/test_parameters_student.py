@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
@@ -105,3 +107,22 @@ def test_proposals_are_as_wide_as_the_prior(flat: FlatPrior) -> None:
     assert wide[1] == pytest.approx(0.1 * np.sqrt(3.0))
     assert wide[0] == pytest.approx(student(4.5, 0, 0.1).std())
     np.testing.assert_array_equal(wide[[2, 5]], flat.spread[[2, 5]])
+
+
+@pytest.mark.parametrize(
+    "prior",
+    [
+        lambda: Normal(0.0, 1.0, low=8.0),
+        lambda: Normal(0.0, 1.0, high=-8.0),
+        lambda: StudentT(0.0, 1.0, 30.0, low=1e3),
+    ],
+)
+def test_bounds_with_next_to_no_probability_are_refused(prior: Callable[[], Prior]) -> None:
+    with pytest.raises(InputError, match="nothing of it lies between"):
+        prior()
+
+
+def test_quantiles_far_in_the_upper_tail() -> None:
+    """A normal prior from 6.5 sd: quantiles from the other tail, where probabilities keep their digits."""
+    found = Normal(1.0, 2.0, low=14.0).quantile(np.array([0.01, 0.5, 0.99]))
+    np.testing.assert_allclose(found, 1 + 2 * norm.isf(norm.sf(6.5) * np.array([0.99, 0.5, 0.01])), rtol=1e-4)

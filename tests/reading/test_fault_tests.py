@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -256,6 +257,10 @@ def test_wires_in_words() -> None:
     turned = check(order=[1, 2, 3, 0])
     assert fault_notes(turned, "N")[0].endswith("than in the calibration, read as e02, e03, e04, e01")
     assert fault_notes(check(), "N") == () and fault_settings(check()) == {"touches_checked": 200.0}
+    unchecked = replace(check(), touches=0)
+    assert fault_notes(unchecked, "N") == (
+        "the sensor is not checked: that needs at least 8 touches and three elements",
+    )
     assert check().sound and not swapped.sound and not check(excess=1.5).sound
     assert _exchanged(4, (1, 3)).tolist() == [0, 3, 2, 1]
 

@@ -111,6 +111,18 @@ def test_readings_of_a_pad_are_those_of_its_kernel(pad_design: PadCalibrationDes
     assert np.nanmean(scores) == pytest.approx(np.exp(2 * np.log(1.5) ** 2), rel=0.2)
 
 
+def test_readings_that_a_pad_lacks_are_not_simulated(pad_design: PadCalibrationDesign) -> None:
+    """Also an element's whole touch; what is there is the same to the last bit."""
+    touches = pad_design.touches
+    readings = touches.readings.copy()
+    readings[::7, 1] = np.nan
+    readings[touches.touch == touches.touch[0], 2] = np.nan
+    gaps = replace(pad_design, touches=touches.with_(readings=readings))
+    (true, found), (same, whole) = (each.simulated(np.random.default_rng(5)) for each in (gaps, pad_design))
+    np.testing.assert_array_equal(found.readings, np.where(np.isnan(readings), np.nan, whole.readings))
+    np.testing.assert_array_equal(true["gain"], same["gain"])
+
+
 def test_gains_offsets_and_places_of_pads_are_drawn_from_the_stated_priors(pad_design: PadCalibrationDesign) -> None:
     drawn = [pad_design.simulated(np.random.default_rng(seed))[0] for seed in range(300)]
     gain = np.log([each["gain"] for each in drawn]) - np.log(pad_design.gain)

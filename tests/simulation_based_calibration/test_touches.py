@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,8 +19,11 @@ import bayestouch
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
-from bayestouch.priors.parameters import LogNormal
+from bayestouch.finger.likelihood import LOAD_REACH
+from bayestouch.finger.softest_rubber import softest
+from bayestouch.priors.parameters import LogNormal, Normal
 from bayestouch.results.reading import load_calibration, load_touches
+from bayestouch.simulation import PadDesign
 from bayestouch.simulation_based_calibration import calibrations as calibration_checks
 from bayestouch.simulation_based_calibration.calibrations import CalibrationDesign, draw_parameters, simulate_and_rank
 from bayestouch.simulation_based_calibration.ranks import (
@@ -260,6 +264,49 @@ def test_too_few_simulations_are_refused(calibration: bayestouch.Calibration) ->
         bayestouch.sbc(calibration, simulations=10)
 
 
+@pytest.mark.parametrize("draws", [0, 99])
+@pytest.mark.parametrize("kind", ["touches", "finger", "pad"])
+def test_too_few_draws_for_a_rank_are_refused(calibration: bayestouch.Calibration, kind: str, draws: int) -> None:
+    of = calibration if kind == "touches" else small_finger(30.0, 5.0, slice(2, 5))
+    with pytest.raises(InputError, match=f"draws: expected at least 100, got {draws}"):
+        bayestouch.sbc(of, simulations=100, draws=draws, kernel="gaussian" if kind == "pad" else None)
+
+
+@pytest.mark.parametrize(
+    "options", [{"priors": {"mu": LogNormal(0.1, 0.1)}}, {"contact": "hertz"}], ids=["priors", "contact"]
+)
+def test_options_of_a_finger_are_refused_with_a_kernel(options: dict[str, Any]) -> None:
+    design = PadDesign(element_x_mm=(0.0, 5.0, 10.0), element_y_mm=None, calibration_step_mm=0.75, n_touches=2)
+    with pytest.raises(InputError, match="priors and contact are options of a finger's calibration"):
+        bayestouch.sbc(bayestouch.simulate(design, seed=1).dataset, kernel="gaussian", **options)
+
+
+def test_a_prior_of_mu_without_a_contact_is_refused() -> None:
+    """Softer than the rubber on which a flat under 3.2 times the largest load has a contact, in one line."""
+    soft, data = {"mu": Normal(0.004, 0.001)}, small_finger(30.0, 5.0, slice(2, 5))
+    design = CalibrationDesign.of(data, soft, "hertz", 100, 5)
+    largest = LOAD_REACH * float(design.touches.averaged().load.max())
+    lowest = np.exp(softest(design.finger, largest, 0.0))
+    message = f"prior of mu: softer than {lowest:.3g} MPa"
+    assert 0.01 < lowest < 0.1
+    with pytest.raises(InputError, match=message):
+        simulate_and_rank(design, 0)
+    with pytest.raises(InputError, match=message):
+        bayestouch.calibrate(data, priors=soft, draws=100)
+    # Half of it on harder rubber is enough: draws are from this half.
+    near = replace(design, drawn_from={**design.drawn_from, "mu": LogNormal(lowest, 0.1)})
+    drawn = [draw_parameters(near, 4.0, np.random.default_rng(seed))["mu"] for seed in range(200)]
+    assert min(drawn) > lowest
+    assert np.median(drawn) == pytest.approx(lowest * np.exp(0.1 * norm.ppf(0.75)), rel=0.03)
+
+
+def test_locations_on_a_finger_with_elements_all_around(calibration: bayestouch.Calibration) -> None:
+    """One turn, 5° beyond the outermost elements, as `infer` reads them."""
+    around = replace(calibration, mode={**calibration.mode, "theta_s": np.linspace(-180.0, 170.0, len(ANGLES))})
+    found = simulate_touches(around, 300, 1, np.random.default_rng(8))[0]["theta_c"]
+    assert -185 <= found.min() < -180 and 170 < found.max() <= 175
+
+
 def small_finger(span: float, step: float, elements: slice) -> DataSet:
     """A finger of a few elements with touches around them, four samples each."""
     touches = known_touches(11, step=step)
@@ -355,6 +402,16 @@ def test_a_calibration_that_the_simulation_does_not_know_is_refused(calibration:
         other = replace(calibration, settings={**calibration.settings, **more})
         with pytest.raises(InputError, match="simulates the elastic model"):
             bayestouch.sbc(other)
+
+
+def test_functions_of_place_are_refused() -> None:
+    """They are read, but not simulated; without them the same touches are calibrated as the message says."""
+    data = small_finger(30.0, 3.0, slice(2, 5))
+    with pytest.raises(InputError, match='discrepancy="touch"'):
+        bayestouch.sbc(bayestouch.calibrate(data, discrepancy="place", draws=100), simulations=100)
+    plain = bayestouch.calibrate(data, discrepancy="touch", draws=100)
+    ranks = bayestouch.sbc(plain, simulations=100, draws=100, method="importance").ranks
+    assert tuple(ranks) == TOUCH_QUANTITIES
 
 
 def test_options_of_the_other_posterior_are_refused(calibration: bayestouch.Calibration) -> None:

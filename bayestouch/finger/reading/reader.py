@@ -10,12 +10,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.priors.indenters import IndenterPrior, UniformRadius
 from bayestouch.priors.parameters import Prior, Uniform
+
+# A posterior is cut off by the end of a prior if most draws are in the outer hundredth of the prior, and their mean is
+# nearer to the end than three of their sd: a sharp posterior that fits inside, and a wide one, have no such draws.
+OUTER_SHARE, NEAR = 0.01, 3.0
 
 
 class CalibratedFinger(Protocol):
@@ -151,14 +155,39 @@ class IndenterPriors:
     def of(cls, chain: CalibratedFinger, typical_load: float, indenter: IndenterPrior | None = None) -> IndenterPriors:
         """Prior of the indenter (default: uniform in R from edge to flat), uniform priors of θ_c and P.
 
-        θ_c is within 20° of the elements, P at most three typical loads.
+        θ_c is within 20° of the elements, but in one turn at most, so that no location occurs twice. P is at most three
+        typical loads.
         """
-        margin = np.radians(20)
+        margin = min(float(np.radians(20)), max(0.0, np.pi - 0.5 * float(np.ptp(chain.angle))))
         return cls(
             radius=(indenter or UniformRadius()).radius_prior(chain.outer_radius_mm),
             location=Uniform(float(chain.angle.min() - margin), float(chain.angle.max() + margin)),
             load=Uniform(0.0, 3 * typical_load),
         )
+
+    def cut_off(self, angle: FloatArray, load: FloatArray) -> BoolArray:
+        """Whether an end of the prior of location or load cuts off the posterior of a touch, (t,).
+
+        A load near zero does not count, because a light touch is a touch.
+
+        Parameters
+        ----------
+        angle, load : (chain, draw, t) arrays
+            Draws of θ_c (rad) and P (N/m).
+        """
+        (first, last), (lightest, hardest) = self.location.support, self.load.support
+        beside = (
+            (angle - first, last - first),
+            (last - angle, last - first),
+            (hardest - load, hardest - lightest),
+        )
+        return np.asarray(np.any([_is_at_the_end(distance, width) for distance, width in beside], axis=0))
+
+
+def _is_at_the_end(distance: FloatArray, width: float) -> BoolArray:
+    """Whether draws pile up at an end of a prior, (t,); from their distances to it (chain, draw, t) and its width."""
+    outside = (distance < OUTER_SHARE * width).mean(axis=(0, 1)) > 0.5
+    return np.asarray(outside & (distance.mean(axis=(0, 1)) < NEAR * distance.std(axis=(0, 1))))
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
@@ -173,7 +173,7 @@ class FingerTouchReader:
         return block.readings
 
     def estimates(self, block: FingerTouches, drawn: Drawn) -> Estimates:
-        """Draws of r_c, R, θ_c and P, and readings predicted at their means."""
+        """Draws of r_c, R, θ_c and P, and readings predicted at their means; grade 0 beyond the priors."""
         means, radius = block.means, self.sampler.priors.radius
         log_probability, whitener = drawn.pop(TIPS, None), drawn.pop(WHITENER, None)
         posterior = {name: drawn[name] for name in DRAWN}
@@ -193,6 +193,7 @@ class FingerTouchReader:
         if log_probability is not None and isinstance(radius, RadiusOfTips):
             tips = TipProbabilities.of(radius, log_probability)
         stats = {name: values for name, values in drawn.items() if name not in posterior}
+        stats["grade"] = np.where(self._beyond_priors(block.readings, posterior), 0.0, drawn["grade"])
         model = None
         if whitener is not None:
             sampler = self.sampler
@@ -210,6 +211,12 @@ class FingerTouchReader:
         if whole is not None and whole.note:
             notes.append(whole.note)
         return tuple(notes)
+
+    def _beyond_priors(self, readings: TouchReadings, draws: Drawn) -> BoolArray:
+        """Whether a touch is beyond the priors of location and load, (t,): its posterior is narrow, but wrong."""
+        priors = self.sampler.priors
+        harder = readings.load > priors.load.support[1]
+        return np.asarray(harder | priors.cut_off(np.radians(draws["theta_c"]), draws["P"]))
 
     def _reference(self, means: TouchMeans) -> dict[str, FloatArray]:
         radius, outer = means.indenter_radius_mm, self.sampler.chain.outer_radius_mm

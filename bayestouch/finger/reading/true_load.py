@@ -11,6 +11,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects import Effect
 from bayestouch.finger.chain_with_effects import ChainWithEffects
+from bayestouch.finger.model import FingerModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +73,32 @@ class TrueLoads:
 
 
 def changes_load(effects_chain: ChainWithEffects) -> bool:
-    """Whether an effect makes the load as read differ from the acting load."""
-    return any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
+    """Whether an effect makes the load as read differ from the acting load; those of locations alone do not."""
+    # All around the finger, because an effect may be zero at some locations.
+    angle = np.linspace(0, 360, 8, endpoint=False)
+    recording = _recording(effects_chain.model, angle, np.full(len(angle), effects_chain.model.reference_load))
+    return any(
+        effect.stage == "rig"
+        and type(effect).pose is not Effect.pose
+        # An effect without probes was not tried, and may change it.
+        and (not effect.probes or bool((effect.pose(recording, effect.probes[0]).load != recording.load).any()))
+        for effect in effects_chain.model.effects
+    )
+
+
+def _recording(model: FingerModel, angle_deg: FloatArray, load: FloatArray) -> Recording:
+    """Touches with loads as read, N/m, at given locations, degree, (t,) each."""
+    return Recording(
+        indenter_radius_mm=np.full(len(load), np.nan),
+        place=(angle_deg,),
+        load=load,
+        time_s=np.full(len(load), np.inf),  # after the calibration
+        held_s=np.zeros(len(load)),
+        element_place=(np.asarray(model.finger.element_angles_deg),),
+        peak=model.peak,
+        reference_load=model.reference_load,
+        signal=np.zeros((len(load), model.n_elements)),
+    )
 
 
 def true_loads(
@@ -86,7 +111,7 @@ def true_loads(
     effects_chain : ChainWithEffects
         The finger with its effects.
     angle_deg : (t,) array
-        Locations of the touches, degree.
+        True locations of the touches, degree.
     load, load_sd : (t,) arrays
         Load as read (NaN if not measured) and its standard error, N/m.
     exact : bool
@@ -95,19 +120,10 @@ def true_loads(
 
     def at(vector: FloatArray) -> FloatArray:
         model = effects_chain.model
-        recording = Recording(
-            indenter_radius_mm=np.full(len(load), np.nan),
-            place=(angle_deg,),
-            load=load,
-            time_s=np.full(len(load), np.inf),  # after the calibration
-            held_s=np.zeros(len(load)),
-            element_place=(np.asarray(model.finger.element_angles_deg),),
-            peak=model.peak,
-            reference_load=model.reference_load,
-            signal=np.zeros((len(load), model.n_elements)),
-        )
+        recording = _recording(model, angle_deg, load)
         for effect, values in zip(model.effects, model.values(vector), strict=True):
-            recording = effect.pose(recording, values)
+            # The locations of the posterior are true ones already: an effect must not shift them.
+            recording = replace(recording, load=effect.pose(recording, values).load)
         return recording.load
 
     covariance = effects_chain.covariance

@@ -29,7 +29,15 @@ def finger(effect: str) -> tuple[bayestouch.DataSet, bayestouch.Calibration]:
 
 
 @pytest.mark.parametrize(
-    ("effect", "whole"), [("crosstalk", False), ("creep", True), ("load_offset", True), ("baseline_drift", True)]
+    ("effect", "whole"),
+    [
+        ("crosstalk", False),
+        ("creep", True),
+        ("load_offset", True),
+        ("load_misalignment", True),
+        ("prober_eccentricity", False),
+        ("baseline_drift", True),
+    ],
 )
 def test_the_whole_table_is_needed_where_other_touches_matter(effect: str, whole: bool) -> None:
     assert FingerTouchReader.from_calibration(finger(effect)[1], Options()).needs_whole_table == whole

@@ -7,18 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.effects.effect import Effect
+from bayestouch.effects.effect import Effect, EffectParameter
 from bayestouch.finger.reading import true_load as module
 from bayestouch.finger.reading.covariance import spread_of
+from bayestouch.priors.parameters import Normal
 
 
 class Shift(Effect):
     """The force sensor reads `amount` less than what acts, more with the angle."""
 
-    name, stage, summary, parameters = "shift", "rig", "", ()
+    name, stage, summary = "shift", "rig", ""
+    parameters = (EffectParameter("amount", "N/m", "", Normal(0.0, 1.0), (0.1,), 0.0),)
 
     def pose(self, recording: Any, values: Any) -> Any:
         return SimpleNamespace(load=recording.load + values[0] * (1 + recording.place[0]), place=recording.place)
+
+
+class Turn(Shift):
+    """The prober shifts every location, but no load."""
+
+    name = "turn"
+
+    def pose(self, recording: Any, values: Any) -> Any:
+        return SimpleNamespace(load=recording.load, place=(recording.place[0] + values[0],))
 
 
 class Nothing(Effect):
@@ -56,6 +67,14 @@ def test_loads_as_they_really_are() -> None:
     exact = loads(Shift(), Nothing(), load=np.array([10.0, 20.0]), exact=True)
     np.testing.assert_allclose(exact.load, [13.0, 26.0])
     np.testing.assert_array_equal(exact.sd, [0.3, 0.4])
+
+
+def test_loads_are_corrected_at_the_true_locations() -> None:
+    """Locations of a posterior are true ones: a shift of the prober before the load's effect is not made again."""
+    found = loads(Turn(), Shift(), load=np.array([10.0, 20.0]))
+    np.testing.assert_allclose(found.load, [10 + 7, 20 + 2 * 7])
+    np.testing.assert_allclose(found.slope, [[0, 0], [0, 0], [1, 2]], atol=1e-9)
+    np.testing.assert_allclose(found.sd, np.hypot([0.3, 0.4], [100, 200]))
 
 
 def test_values_that_are_known_together_change_a_load_together() -> None:
@@ -109,5 +128,12 @@ def test_which_effects_change_loads() -> None:
     class Elsewhere(Shift):
         stage = "contact"
 
-    for effects, changes in (((Shift(),), True), ((Nothing(),), False), ((Elsewhere(),), False), ((), False)):
+    for effects, changes in (
+        ((Shift(),), True),
+        ((Nothing(),), False),
+        ((Turn(),), False),
+        ((Turn(), Shift()), True),
+        ((Elsewhere(),), False),
+        ((), False),
+    ):
         assert module.changes_load(chain_with(*effects)) == changes

@@ -1,0 +1,19 @@
+"""Options of an inference that are impossible."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from bayestouch.errors import InputError
+from bayestouch.reading.options import Options
+
+
+def test_a_seed_below_zero_is_refused() -> None:
+    table: Any = SimpleNamespace(n_elements=4)
+    calibration: Any = SimpleNamespace(sensor=table)
+    Options(seed=0).check(table, calibration)
+    with pytest.raises(InputError, match="seed: expected 0 or more, got -1"):
+        Options(seed=-1).check(table, calibration)
