@@ -50,13 +50,17 @@ def frequency_response_db(
             return np.abs(solution.surface_displacement_mm)
         return np.abs(solution.radial_strain(sensing_radius_mm))
 
-    # The response is largest at a wavelength of about the layer thickness: k of order r_b/(r_b - r_a).
-    reach = 20 + int(20 * outer_radius_mm / (outer_radius_mm - core_radius_mm))
-    largest = response(np.arange(reach, dtype=float)).max()
+    largest = response(_modes_with_largest(core_radius_mm, outer_radius_mm)).max()
     if largest < 1e-12:
         raise InputError("there is no strain to sense at the core of an incompressible rubber")
     with np.errstate(divide="ignore"):  # at high k the strain underflows and the level is minus infinity
         return np.asarray(20 * np.log10(response(k) / largest))
+
+
+def _modes_with_largest(core_radius_mm: float, outer_radius_mm: float) -> FloatArray:
+    """Integer modes from 0, of which one has the largest response."""
+    # The response is largest at a wavelength of about the layer thickness: k of order r_b/(r_b - r_a).
+    return np.arange(20 + int(20 * outer_radius_mm / (outer_radius_mm - core_radius_mm)), dtype=float)
 
 
 def cut_off(
@@ -81,24 +85,28 @@ def cut_off(
     if not level_db < 0:
         raise InputError(f"cut-off level must be below 0 dB, got {level_db:g} dB")
 
-    def excess(k: float) -> float:
-        response = frequency_response_db(
-            [k],
+    def level(modes: ArrayLike) -> FloatArray:
+        return frequency_response_db(
+            modes,
             core_radius_mm=core_radius_mm,
             outer_radius_mm=outer_radius_mm,
             poisson_ratio=poisson_ratio,
             sensing_radius_mm=sensing_radius_mm,
         )
-        return max(float(response[0]), -1e4) - level_db
 
-    high = 4.0
-    while excess(high) > 0 or excess(2 * high) > 0:
+    def excess(k: float) -> float:
+        return max(float(level([k])[0]), -1e4) - level_db
+
+    # Under a thin layer of incompressible rubber the response is below the level at low modes too.
+    modes = _modes_with_largest(core_radius_mm, outer_radius_mm)
+    least, high = max(2.0, float(modes[level(modes).argmax()])), 4.0
+    while high < least or excess(high) > 0 or excess(2 * high) > 0:
         high *= 2
         if high > 1e5:
             raise InputError(f"the response does not fall to {level_db:g} dB by mode 100,000")
     low = high
-    while low > 2 and excess(low) <= 0:
-        low = max(2.0, low / 1.1)
+    while low > least and excess(low) <= 0:
+        low = max(least, low / 1.1)
     if excess(low) <= 0:
         raise InputError(f"the response is below {level_db:g} dB from mode 2 on")
     return float(brentq(excess, low, high, xtol=1e-9)) / (2 * np.pi)

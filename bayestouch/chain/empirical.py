@@ -209,7 +209,7 @@ class EmpiricalFingerChain:
         return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear
 
     def series(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """As `predict` for touches (t,), (t, m), by the sum over modes: no table is made."""
+        """Signals (t, m), as `predict` without `offset`, of touches (t,), by the sum over modes: no table is made."""
         linear = pressure_matrix(self.elastic, radius_mm, angle, load, self.n_coefficients) @ self.e_matrix.T
         return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else np.asarray(linear)
 

@@ -85,4 +85,7 @@ def _ends(knots_deg: tuple[float, ...]) -> tuple[float, float]:
 
 
 def _within(knots_deg: tuple[float, ...], angle: FloatArray) -> FloatArray:
-    return np.clip(np.degrees(angle), *_ends(knots_deg))
+    """Places (...) in degree, not farther than the ends, from places in rad of any number of turns."""
+    degrees, (first, last) = np.degrees(angle), _ends(knots_deg)
+    off = degrees - 0.5 * (first + last)
+    return np.clip(np.where(np.abs(off) > 180, degrees - 360 * np.round(off / 360), degrees), first, last)

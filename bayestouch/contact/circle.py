@@ -113,7 +113,8 @@ class CircleContact:
         load_over_modulus_mm : array_like
             P/μ in mm (P in N/mm, μ in MPa).
         indenter_radius_mm : array_like
-            ``r_c`` in mm, 0 (knife edge) to inf (flat); broadcast against the loads.
+            ``r_c`` in mm, 0 (knife edge) to inf (flat), or a hollow, as in `composite_radius`; broadcast against the
+            loads.
 
         Returns
         -------
@@ -123,7 +124,8 @@ class CircleContact:
         Raises
         ------
         InputError
-            If a load is negative or not finite, a radius negative, or a contact beyond the table.
+            If a load is negative or not finite, a contact is beyond the table, or for the reasons of
+            `composite_radius`.
         """
         load, ratio = self._checked(load_over_modulus_mm, indenter_radius_mm)
         end = self.half_angles[-1]

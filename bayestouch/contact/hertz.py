@@ -47,7 +47,8 @@ def composite_radius(indenter_radius_mm: ArrayLike, outer_radius_mm: float) -> F
         raise InputError("indenter radius must not be negative (except for a hollow wider than the finger)")
     sharp = radius == 0
     inverse = 1 / outer_radius_mm + 1 / np.where(sharp, 1.0, radius)
-    return np.asarray(np.where(sharp, 0.0, 1 / inverse))
+    # The inverse of an inverse is not always the same number: a flat would get a radius of curvature of 1e16 mm.
+    return np.asarray(np.where(sharp, 0.0, np.where(np.isinf(radius), outer_radius_mm, 1 / inverse)))
 
 
 def indenter_radius(composite_radius_mm: ArrayLike, outer_radius_mm: float) -> FloatArray:
@@ -103,10 +104,23 @@ def pressure(
     """Pressure in MPa, compression positive, at angle θ (rad) from the contact's centre: equation (7).
 
     `arc_rad` is the arc of contact θ_w of `arc_of_contact`; outside it the pressure is zero.
+
+    Raises
+    ------
+    InputError
+        If the indenter is a knife edge (a line load has no finite pressure), or for the reasons of `composite_radius`.
     """
     inside = np.maximum((arc_rad / 2) ** 2 - np.asarray(theta, dtype=float) ** 2, 0)
-    curvature = outer_radius_mm / composite_radius(indenter_radius_mm, outer_radius_mm)  # 1 + r_b/r_c
+    curvature = _relative_curvature(indenter_radius_mm, outer_radius_mm)
     return np.asarray(shear_modulus_MPa / (1 - poisson_ratio) * curvature * np.sqrt(inside))
+
+
+def _relative_curvature(indenter_radius_mm: float, outer_radius_mm: float) -> float:
+    """``r_b/R = 1 + r_b/r_c`` of an indenter that is not a knife edge."""
+    radius = float(composite_radius(indenter_radius_mm, outer_radius_mm))
+    if radius == 0:
+        raise InputError("a knife edge has no finite pressure; the indenter radius must not be zero")
+    return outer_radius_mm / radius
 
 
 def arc_of_contact(
@@ -147,9 +161,14 @@ def fourier_coefficients(
         ``p_0``, MPa.
     sine, cosine : (n_modes,) arrays
         ``p_k^s`` and ``p_k^c``, MPa.
+
+    Raises
+    ------
+    InputError
+        As in `pressure`.
     """
     k = np.asarray(modes, dtype=float)
-    curvature = float(outer_radius_mm / composite_radius(indenter_radius_mm, outer_radius_mm))
+    curvature = _relative_curvature(indenter_radius_mm, outer_radius_mm)
     scale = shear_modulus_MPa / (1 - poisson_ratio) * curvature
     amplitude = scale / 2 * arc_rad / k * j1(arc_rad / 2 * k)
     return (

@@ -51,9 +51,9 @@ def choose_model(
         report(0.7)
         if kernel == "auto":
             constant = kernel_for("constant", dataset.sensor, problem.pitch_mm)
-            alone = add_map(problem, fit_kernel(problem, constant))
-            models["map alone"] = alone
-            rivals.append(alone)
+            alone = "map alone"
+            models[alone] = earlier.get(alone) or add_map(problem, fit_kernel(problem, constant))
+            rivals.append(models[alone])
         report(1.0)
     # The simplest model is first; a later one must be clearly better.
     chosen = rivals[0]

@@ -15,6 +15,7 @@ from bayestouch.chain.pad import PadChain
 from bayestouch.chain.recording import Recording
 from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
 from bayestouch.model.fitting import spread_over_elements
+from bayestouch.pad.known_touches import loads_vary
 from bayestouch.pad.table import kernel_width
 
 # Correlation lengths of the functions over the width of the kernel.
@@ -66,7 +67,7 @@ class PadCorrectionBasis:
             position=chain.position,
             peak=peak,
             reference_load=reference_load,
-            loads_vary=bool(np.ptp(recording.load) > 0.2 * reference_load),
+            loads_vary=loads_vary(recording.load),
             shared=SmoothBasis.of(0.0, farthest, SHARED_LENGTH * width),
             own=tuple(own),
         )

@@ -37,8 +37,8 @@ from bayestouch.pad.table import MapGrid
 GROUPS, NEIGHBOURS = 12, 25
 # Loads at which the map is tabulated: step in the logarithm over λ (an even one leaves linear interpolation off by
 # 0.05 % of the part that changes with the load), smallest and largest number of steps, factor beyond known loads, and
-# points from which they are chosen.
-LOAD_STEP, LOADS, BEYOND, FINE = 0.05, (8, 60), 1.25, 2001
+# points from which they are chosen. The second step is for maps with too many points: the error is then 1 %.
+LOAD_STEP, COARSE_LOAD_STEP, LOADS, BEYOND, FINE = 0.05, 0.2, (8, 60), 1.25, 2001
 # Bounds of sizes (over the amplitude), of the length in the logarithm of the load, and of the noise (over the signal).
 SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
 
@@ -75,7 +75,7 @@ class FinerMap:
     sizes : Sizes
         Sizes and lengths.
     loads : (L,) array
-        Loads at which the map is tabulated; empty if loads do not vary.
+        Loads at which the map is tabulated; empty if loads do not vary. On a large pad there are fewer tables.
     covariances : tuple of InducedCovariance
         Covariance of the readings of each element.
     """
@@ -136,17 +136,18 @@ class FinerMap:
     def tabulated(self) -> PadMap:
         """Tables over the calibrated region, and over the loads if these vary."""
         lengths = (self.sizes.length_mm, self.sizes.finer_length_mm)
-        grid = MapGrid.of(self.model, min(lengths), max(len(self.loads), 1))
-        typical = float(np.median(self.model.fit.known.load))
-        (mean, variance), *by_load = (
-            grid.tables(partial(self.at, load=load)) for load in (typical, *self.loads.tolist())
-        )
+        grid, known, loads = MapGrid.of(self.model, min(lengths), len(self.loads) + 1), self.model.fit.known, self.loads
+        if len(loads) >= grid.most_tables:
+            # What changes with the load changes slowly: fewer loads cost less than a coarser grid.
+            loads = tabulated_loads(known.load, self.sizes.load_length, grid.most_tables - 2)
+        typical = float(np.median(known.load))
+        (mean, variance), *by_load = (grid.tables(partial(self.at, load=load)) for load in (typical, *loads.tolist()))
         made = grid.map_of(self.model, mean, variance, np.zeros_like(mean))
         if not by_load:
             return made
         return replace(
             made,
-            loads=self.loads,
+            loads=loads,
             by_load=np.concatenate([each - mean for each, _ in by_load], axis=-1),
             variance_by_load=np.concatenate([each - variance for _, each in by_load], axis=-1),
         )
@@ -169,15 +170,17 @@ class FinerMap:
         return mean, variance
 
 
-def tabulated_loads(load: FloatArray, length: float) -> FloatArray:
+def tabulated_loads(load: FloatArray, length: float, most: int = LOADS[1]) -> FloatArray:
     """Loads at which a map is tabulated, from known loads (n,) and the correlation length in their logarithm.
 
+    There are at most `most` steps between them, unless they would be farther apart than the coarse step.
     Half of them lie evenly in the logarithm, half as the known loads do. Acting loads of a response that flattens lie
     in a narrow range, and there the map must be exact: a small error of a reading is a large one of the load.
     """
     known = np.sort(np.log(load))
     ends = known[0] - np.log(BEYOND), known[-1] + np.log(BEYOND)
-    count = int(np.clip(np.ceil((ends[1] - ends[0]) / (LOAD_STEP * length)), *LOADS)) + 1
+    wanted, least = (np.ceil((ends[1] - ends[0]) / (step * length)) for step in (LOAD_STEP, COARSE_LOAD_STEP))
+    count = int(np.clip(min(wanted, max(least, most)), *LOADS)) + 1
     fine = np.linspace(*ends, FINE)
     share = 0.5 * np.linspace(0, 1, FINE) + 0.5 * np.interp(fine, known, np.linspace(0, 1, len(known)))
     return np.asarray(np.exp(np.interp(np.linspace(0, 1, count), share, fine)))

@@ -25,6 +25,15 @@ def loads_vary(load: FloatArray) -> bool:
     return bool(len(load) and np.ptp(load) > LOADS_VARY * np.median(load))
 
 
+def prior_of_loads(load: FloatArray) -> tuple[float, float]:
+    """Mean and standard deviation (N) of the loads (n,) of a calibration: the prior of a load that is not measured.
+
+    Loads that are all equal do not show how much others differ: the standard deviation is then the load itself.
+    """
+    mean = float(load.mean())
+    return mean, float(load.std()) if np.ptp(load) > 0 else mean
+
+
 def counted_samples(touches: Touches, samples: str) -> Touches:
     """The samples of each touch that count: all for ``"mean"``, or only the ``"first"`` or ``"last"`` in contact."""
     return touches if samples == "mean" else touches.select(_one_row_each(touches, samples))

@@ -25,3 +25,5 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     absent = [name for name, values in columns.items() if values is None or not np.isfinite(values).any()]
     if absent:
         yield f"cannot be calibrated: no {' and '.join(absent)}"
+    elif not np.isfinite(np.stack([np.asarray(values) for values in columns.values()])).all(axis=0).any():
+        yield f"cannot be calibrated: no touch has {' and '.join(columns)}"

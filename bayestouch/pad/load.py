@@ -9,6 +9,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.pad.candidates import PadCandidate, percent_of_peak
 from bayestouch.pad.fit import fit_chain
+from bayestouch.pad.known_touches import loads_vary
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
 
@@ -38,7 +39,7 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
         explains.
     """
     load = problem.known.load
-    if np.isnan(problem.load_share).any() or np.ptp(load) < 0.2 * np.median(load):
+    if not (problem.load_measured and loads_vary(load)):
         return {}
     from scipy.optimize import minimize_scalar
 

@@ -31,6 +31,10 @@ _GAIN_FACTOR = 10.0
 # contact has no limit, and at a Poisson's ratio of 0.5 a bonded layer does not deform.
 _POSSIBLE = {"sigma": (0.0, 0.4999), "depth_share": (0.1, 1.0)}
 
+# Locations are on one line if they differ across it by less than this share of what they differ by along it: far above
+# rounding, far below what a stage repeats.
+_ON_A_LINE = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class PadPriors:
@@ -209,6 +213,8 @@ def pad_priors(
     """
     nominal = np.stack([np.array(column) for column in pad_of(sensor).places_mm.values()], axis=1)
     typical = float(np.median(known.load))
+    # Half of `known_touches.LOADS_VARY`: the largest readings follow the load before it counts as one that varies, and
+    # with that limit the priors of pads whose loads differ by 10 to 20 % would be others.
     loads_vary = float(np.ptp(known.load)) > 0.1 * typical
     amplitude, offset = np.full(len(nominal), np.nan), np.zeros(len(nominal))
     for e in np.flatnonzero(usable):
@@ -222,7 +228,8 @@ def pad_priors(
     if not usable.any():
         raise InputError("no element responds: every one's readings are missing or all the same")
     amplitude = np.where(usable, amplitude, np.nanmedian(amplitude))
-    peaks = highest_reading_location(known) - nominal
+    # Without touch a reading is the offset, whatever the load: divided by loads that vary, it would be a signal.
+    peaks = highest_reading_location(replace(known, readings=known.readings - offset)) - nominal
     shift = np.median(peaks[usable], axis=0)
     off = np.sqrt(((peaks - shift) ** 2).sum(axis=1))
     named = " and ".join(f"{value:+.1f} mm in {axis}" for value, axis in zip(shift, COORDINATES, strict=False))
@@ -247,7 +254,7 @@ def pad_priors(
 
 
 def check_identifiable(known: TouchMeans, kernel: Kernel, usable: NDArray[np.bool_]) -> None:
-    """Raise InputError unless there are enough touches for the parameters of every element.
+    """Raise InputError unless there are enough touches, not all on one line, for the parameters of every element.
 
     Each element has its own gain, offset and position; the kernel is shared by all elements.
     """
@@ -258,6 +265,9 @@ def check_identifiable(known: TouchMeans, kernel: Kernel, usable: NDArray[np.boo
             f"calibration has touches at {places} known locations: gain, offset and position of each element need "
             f"at least {own + 1}; touch the pad in more places"
         )
+    across = np.linalg.svd(known.location - known.location.mean(axis=0), compute_uv=False)
+    if across[-1] <= _ON_A_LINE * across[0]:
+        raise InputError("all calibration touches are on one line: touch the pad beside it too, or drop a coordinate")
     for e in np.flatnonzero(usable):
         count = int(np.isfinite(known.readings[:, e]).sum())
         if count < own + 1:

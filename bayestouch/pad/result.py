@@ -8,6 +8,7 @@ from bayestouch.chain.pad import COORDINATES
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.sensor import Sensor
 from bayestouch.pad.candidates import PadCandidate
+from bayestouch.pad.known_touches import prior_of_loads
 from bayestouch.pad.load import load_statistics
 from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem
@@ -16,6 +17,10 @@ from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import REST_READING, USABLE
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
+
+ONE_LOAD = (
+    "every calibration touch has the same load: the prior of a load that is not measured is as wide as this load itself"
+)
 
 
 def pad_calibration_of(
@@ -34,9 +39,10 @@ def pad_calibration_of(
     """
     known = problem.known
     load_unit = "N" if problem.load_measured else "1"
-    mean_load = float(known.load.mean()) if problem.load_measured else 1.0
-    load_sd = float(known.load.std()) if problem.load_measured else model.load_spread
+    mean_load, load_sd = prior_of_loads(known.load) if problem.load_measured else (1.0, model.load_spread)
     notes = [*notes, *_model_notes(problem, model, name, rivals)]
+    if problem.load_measured and np.ptp(known.load) == 0:
+        notes.append(ONE_LOAD)
     return Calibration(
         sensor=sensor,
         parameters=problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit),

@@ -16,13 +16,17 @@ from bayestouch.pad.known_touches import location_spacing
 # Grid points per width of the kernel: cubic splines then have errors of a few millionths of its peak.
 _STEPS_PER_WIDTH = 6.0
 
+# Fewest grid points per width, for many tables of one map: errors are then below a thousandth of the peak.
+_FEWEST_PER_WIDTH = 2.0
+
 # Smallest number of grid steps over the extent of the region, for wide kernels and corrections.
 _STEPS_ACROSS = 60
 
 # Grid points beyond the calibrated region: the error at the ends of a spline decreases by 0.27 per step.
 _MARGIN_STEPS = 6
 
-# Largest number of grid points: at each, the time for the variance of the correction increases with (touches)².
+# Largest number of grid points, of all tables together: at each, the time for the variance of the correction increases
+# with (touches)².
 _MOST_POINTS = 12000
 
 # Grid points for which the variance is computed together: 16 MB with 1,400 touches.
@@ -62,19 +66,29 @@ class MapGrid:
 
     @classmethod
     def of(cls, model: PadCandidate, length_mm: float, tables: int = 1) -> MapGrid:
-        """Grid for `tables` tables of a map whose shortest correlation length is `length_mm`, mm."""
+        """Grid for `tables` tables of a map whose shortest correlation length is `length_mm`, mm.
+
+        It is coarser for many tables, but not so coarse that a table is wrong: see `most_tables`.
+        """
         location = model.fit.known.location
         spacing = location_spacing(location)
         low, high = location.min(axis=0) - spacing, location.max(axis=0) + spacing
-        step = min(kernel_width(model.fit.chain, extent=float((high - low).max())), length_mm)
-        step = min(step / _STEPS_PER_WIDTH, float((high - low).max()) / _STEPS_ACROSS)
-        while tables * np.prod((high - low) / step + 2 * _MARGIN_STEPS + 1) > _MOST_POINTS:
+        width = min(kernel_width(model.fit.chain, extent=float((high - low).max())), length_mm)
+        step = min(width / _STEPS_PER_WIDTH, float((high - low).max()) / _STEPS_ACROSS)
+        while (points := np.prod((high - low) / step + 2 * _MARGIN_STEPS + 1)) > _MOST_POINTS or (
+            tables * points > _MOST_POINTS and 1.1 * step <= width / _FEWEST_PER_WIDTH
+        ):
             step *= 1.1
         axes = tuple(
             np.arange(np.ceil((b - a) / step) + 2 * _MARGIN_STEPS + 1) * step + a - _MARGIN_STEPS * step
             for a, b in zip(low, high, strict=True)
         )
         return cls(low, high, step, axes)
+
+    @property
+    def most_tables(self) -> int:
+        """Number of tables that together have no more points than a map may have, at least 1."""
+        return max(int(_MOST_POINTS / np.prod([len(axis) for axis in self.axes])), 1)
 
     def tables(self, at: Callable[[FloatArray], tuple[FloatArray, ...]]) -> tuple[FloatArray, ...]:
         """Values (..., m) over the grid of a function that returns arrays (k, m) for points (k, D)."""

@@ -85,9 +85,9 @@ def _loads(
 ) -> tuple[FloatArray, ...]:
     """Loads inferred without the force sensor, N: posterior means and ends of the central 90 %, three (t,) arrays.
 
-    NaN where the force sensor did not measure.
+    NaN for all touches if the force sensor measured none of them, or none of the calibration.
     """
-    if not (np.isfinite(held.stated["P"]).all() and calibration.settings["load_measured"]):
+    if not (np.isfinite(held.stated["P"]).any() and calibration.settings["load_measured"]):
         return (np.full(len(index), np.nan),) * 3
     read = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
     low, high = read.interval("P", COVERAGE)

@@ -9,11 +9,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError, unknown_name
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import plural, plus_minus
 
 #: Probabilities of the quantiles of a `LiveTouch`.
 LEVELS = np.array([0.05, 0.5, 0.95])
+#: Flag of a touch whose mean is nearer to an end of a prior than so many sd.
+CLOSE, AT_AN_END = 3.0, "the location or the load is at an end of its prior"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,7 +41,7 @@ class LiveTouch(Summarised):
         Probability of a misfit of the readings at least this large if calibration and noise are right; NaN if there
         are no more readings than parameters.
     samples : int
-        Number of samples that the touch has so far.
+        Number of samples that the touch has so far, also of those that a pad does not use (`Reader.update`).
     flags : tuple of str
         Reasons not to rely on the result; empty if there are none.
 
@@ -73,7 +76,15 @@ class LiveTouch(Summarised):
         return int(not self.flags)
 
     def __getitem__(self, name: str) -> tuple[float, float]:
-        """Mean and standard deviation of a parameter."""
+        """Mean and standard deviation of a parameter.
+
+        Raises
+        ------
+        InputError
+            If there is no such parameter.
+        """
+        if name not in self.names:
+            raise unknown_name("parameter", name, self.names)
         k = self.names.index(name)
         return float(self.mean[k]), float(self.sd[k])
 
@@ -155,6 +166,21 @@ class LiveStream(Protocol):
     def end(self) -> None:
         """The touch has ended."""
         ...
+
+
+def require_seconds(unit: str) -> None:
+    """Refuse a calibration whose effects of time count in touches: their times have no meaning in s.
+
+    Raises
+    ------
+    InputError
+        If the unit of the effects' times is not the second.
+    """
+    if unit != "s":
+        raise InputError(
+            "calibration: its effects depend on time, but its touches had no times, so that a live reader cannot "
+            "follow them: calibrate with the column time_s"
+        )
 
 
 class LiveBody(Protocol):

@@ -159,6 +159,21 @@ def test_cut_offs_of_figure_2(alpha: float, cycles: float, above_core: float) ->
     assert frequency_response_db(np.arange(200), sensing_radius_mm=radius, **body).max() == pytest.approx(0)
 
 
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.6])
+def test_cut_off_where_the_response_rises_from_below_the_level(share: float) -> None:
+    """A thin layer of incompressible rubber: low modes hardly strain it. The last mode above it is just below."""
+    body = {
+        "core_radius_mm": 9.9,
+        "outer_radius_mm": 10.0,
+        "poisson_ratio": 0.5,
+        "sensing_radius_mm": 9.9 + 0.1 * share,
+    }
+    response = frequency_response_db(np.arange(2500), **body)
+    assert response[2] < -40 < response[200]
+    last = int(np.flatnonzero(response > -40)[-1])
+    assert last / (2 * np.pi) < cut_off(**body) < (last + 1) / (2 * np.pi)
+
+
 def test_figure_2_slopes() -> None:
     """Displacement falls by 20 dB a decade, strain by more than 100 (section 2.1)."""
     body = {"core_radius_mm": 0.7 * 12.7, "outer_radius_mm": 12.7, "poisson_ratio": 0.46}

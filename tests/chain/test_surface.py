@@ -26,6 +26,18 @@ def test_it_is_a_cubic_spline_through_the_knots_that_ends_level() -> None:
     np.testing.assert_allclose(profile_basis(KNOTS, ANGLE) @ VALUES, PROFILE.at(ANGLE), atol=1e-15)
 
 
+def test_a_place_is_the_same_after_a_turn() -> None:
+    """Knots up to 170 degrees fade out beyond half a turn, where places are negative."""
+    turn = 2 * np.pi
+    for angle in (ANGLE - turn, ANGLE + turn, ANGLE + 3 * turn):
+        np.testing.assert_allclose(PROFILE.at(angle), PROFILE.at(ANGLE), atol=1e-14)
+        np.testing.assert_allclose(profile_basis(KNOTS, angle), profile_basis(KNOTS, ANGLE), atol=1e-12)
+    behind = Profile(tuple(knot + 140 for knot in KNOTS), VALUES)
+    place = np.radians(np.linspace(0.0, 49.0, 50))
+    there = place + np.radians(140)
+    np.testing.assert_allclose(behind.at(np.where(there > np.pi, there - turn, there)), PROFILE.at(place), atol=1e-14)
+
+
 def test_curvatures_of_tip_and_surface_add() -> None:
     found = PROFILE.effective_radius(RADIUS, ANGLE)
     np.testing.assert_allclose(1 / found, 1 / RADIUS + PROFILE.at(ANGLE), rtol=1e-12)

@@ -69,9 +69,9 @@ def test_brute_force_mode_sum(layer, load, radius):
 def test_half_angle_carries_the_load(layer):
     """Round trip for many loads and radii at once, small loads included."""
     load = np.geomspace(1e-4, 3, 25)[:, None]
-    radius = np.array([0.5, 1.59, 12.3, np.inf])
+    radius = np.array([0.5, 1.59, 12.3, np.inf, -40.0, -20.0])  # the last two are hollows
     beta = layer.circle.half_angle(load, radius)
-    assert beta.shape == (25, 4)
+    assert beta.shape == (25, 6)
     assert np.all(np.diff(beta, axis=0) > 0)
     assert np.all(np.diff(beta, axis=1) > 0)
     spectrum = layer.circle.spectrum(load, radius, [0, 1])
@@ -79,7 +79,7 @@ def test_half_angle_carries_the_load(layer):
     # A contact much smaller than indenter and finger is the parabola's, up to (a/r)² times 0.2 for a small
     # tip, 1 where the curvatures of both circles count.
     parabola = layer.half_angle(load * composite_radius(radius, 12.7))
-    tip = np.minimum(radius, 12.7)
+    tip = np.minimum(np.abs(radius), 12.7)
     assert np.all(np.abs(beta / parabola - 1) < 1.2 * (12.7 * parabola / tip) ** 2)
 
 
@@ -139,7 +139,9 @@ def test_equivalent_parabola(layer, load, radius, low, high):
         assert worse.max() > error.max()
 
 
-@pytest.mark.parametrize("arguments", [(-1.0, 3.9), (np.nan, 3.9), (1.0, -1.0), (1.0, np.nan), (1e6, np.inf)])
+@pytest.mark.parametrize(
+    "arguments", [(-1.0, 3.9), (np.nan, 3.9), (1.0, -1.0), (1.0, -12.7), (1.0, np.nan), (1e6, np.inf)]
+)
 def test_impossible_input_is_refused(layer, arguments):
     with pytest.raises(InputError):
         layer.circle.half_angle(*arguments)

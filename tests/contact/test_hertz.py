@@ -23,6 +23,14 @@ def integrated(function, half_arc):
     return quad(lambda psi: function(half_arc * np.sin(psi)) * half_arc * np.cos(psi), -np.pi / 2, np.pi / 2)[0]
 
 
+@pytest.mark.parametrize("outer", [12.7, 3.7, 7.9, 12.6])
+def test_a_flat_has_the_radius_of_the_finger(outer):
+    """To the last bit: 1/(1/r_b) is another number for some fingers, and r_c of that is not infinite."""
+    np.testing.assert_array_equal(composite_radius([0.0, np.inf, -np.inf], outer), [0.0, outer, outer])
+    assert composite_radius(2.0, outer) == 1 / (1 / outer + 1 / 2.0)
+    np.testing.assert_array_equal(indenter_radius(composite_radius([0.0, np.inf], outer), outer), [0.0, np.inf])
+
+
 @pytest.mark.parametrize("radius", [0.5, 3.9, 12.3, 25.25, np.inf])
 def test_pressure_integrates_to_load_with_corrected_width_only(radius):
     arc = arc_of_contact(load_N_per_mm=LOAD, indenter_radius_mm=radius, **RUBBER)
@@ -100,6 +108,8 @@ def test_spectrum_shape_and_limits():
         lambda: half_width(-1.0, 0.46),
         lambda: half_width(np.nan, 0.46),
         lambda: half_width(np.inf, 0.46),
+        lambda: pressure(0.1, arc_rad=0.2, indenter_radius_mm=0.0, **RUBBER),
+        lambda: fourier_coefficients([1, 2], centre_rad=0.0, arc_rad=0.0, indenter_radius_mm=0.0, **RUBBER),
         lambda: HertzContact(12.7, 0.7),
         lambda: HertzContact(0.0, 0.46),
     ],

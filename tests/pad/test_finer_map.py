@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pad_simulation import SimulatedPad, line
+from pad_simulation import SimulatedPad, line, square
 from scipy.special import gamma, kv
 
 import bayestouch
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.pad.calibration import choose_pad
-from bayestouch.pad.finer_map import LOADS, FinerMap, tabulated_loads
+from bayestouch.pad.finer_map import LOADS, FinerMap, Sizes, tabulated_loads
 from bayestouch.pad.inducing import REST
 from bayestouch.pad.problem import PadProblem
+from bayestouch.pad.table import MapGrid
 
 TOUCHES, FLOOR = 160, 0.05
 
@@ -128,6 +129,43 @@ def test_the_table_is_the_map_at_every_load() -> None:
         off.append(load_here * (tabulated[0] - mean[0]))
     # A fifth of the noise that was simulated adds 2 % to it. Even steps in the logarithm leave six times the noise.
     assert np.sqrt(np.mean(np.square(off))) < 0.3 * 0.01
+
+
+def test_the_tables_of_a_pad_in_the_plane_are_the_map_within_its_sd() -> None:
+    """36 loads are wanted. They share the points of one table, so there are fewer, and the grid is not too coarse."""
+    pad, rng = square(), np.random.default_rng(3)
+    place, load = rng.uniform(3.0, 19.0, (120, 2)), rng.uniform(1.0, 6.0, 120)
+    width = 2.5 * (1 + 0.15 * np.log(load))[:, None]
+    squares = ((place[:, None] - pad.chain.position) ** 2).sum(axis=-1)
+    readings = pad.chain.gain * load[:, None] * np.exp(-0.5 * squares / width**2)
+    readings += 0.005 * rng.standard_normal(readings.shape)
+    table = touches_from(np.arange(120), readings, x_mm=place[:, 0], y_mm=place[:, 1], load=load)
+    chosen = choose_pad(pad.dataset(table), kernel="gaussian", empirical=True)
+    # Sizes that were found with 200 touches.
+    sizes = Sizes(1e-4, 0.27, 6.4, 0.12, 8.3, 1.35)
+    finer = FinerMap.given(chosen.problem, chosen.model, sizes, chosen.model.noise)
+    map_, off, sd = finer.tabulated(), [], []
+    kernel = float(chosen.model.fit.chain.values[0])
+    assert map_.loads is not None and 9 <= len(map_.loads) < len(finer.loads)
+    assert kernel / 6 < map_.step[0] <= kernel / 2
+    for there, one in zip(rng.uniform(4.0, 18.0, (60, 2)), rng.uniform(1.1, 5.5, 60), strict=True):
+        mean, variance = finer.at(there[None], float(one))
+        off.append(map_.at(there[None], np.array([one]))[0] - mean)
+        sd.append(np.sqrt(variance))
+    # A fifth of the sd adds 2 % to it.
+    assert np.sqrt(np.mean(np.square(off))) < 0.2 * np.sqrt(np.mean(np.square(sd)))
+    # A table alone has six points per width.
+    region = float((map_.high - map_.low).max())
+    assert MapGrid.of(chosen.model, np.inf).step == min(kernel / 6, region / 60)
+
+
+@pytest.mark.parametrize(("length", "steps"), [(0.95, 20), (0.51, 36), (10.0, 8)])
+def test_fewer_loads_are_tabulated_on_request(length: float, steps: int) -> None:
+    """The logarithm has a range of 3.6: 20 steps as asked; but none above 0.2 λ; and never fewer than eight."""
+    known = np.exp(np.linspace(0.0, 3.6 - 2 * np.log(1.25), 40))
+    nodes = tabulated_loads(known, length, 20)
+    assert len(nodes) == steps + 1
+    np.testing.assert_allclose(np.log(nodes[[0, -1]] / known[[0, -1]]), [-np.log(1.25), np.log(1.25)])
 
 
 @pytest.mark.parametrize("loads", [[2.0] * 40, [1.0, 2.0, 4.0] * 20, np.geomspace(0.01, 1.0, 50)])

@@ -20,6 +20,11 @@ PLACE = np.arange(12.0)
         ({"x_mm": PLACE, "y_mm": PLACE}, None),
         ({"x_mm": PLACE, "y_mm": np.full(12, np.nan)}, "y_mm"),
         ({}, "x_mm and y_mm"),
+        (
+            {"x_mm": np.where(PLACE < 6, PLACE, np.nan), "y_mm": np.where(PLACE < 6, np.nan, PLACE)},
+            "touch has x_mm and y_mm",
+        ),
+        ({"x_mm": np.where(PLACE < 6, PLACE, np.nan), "y_mm": np.where(PLACE < 5, np.nan, PLACE)}, None),
     ],
 )
 def test_touches_without_a_place_cannot_calibrate(places: dict[str, np.ndarray], lacks: str | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pad_simulation import line, square
 
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.data.averages import TouchMeans
@@ -26,6 +27,22 @@ def test_size_of_a_signal_is_nearly_its_largest_deviation_where_all_loads_are_eq
     assert priors.offset == pytest.approx([500.0])
 
 
+def test_an_offset_does_not_move_the_elements_to_where_loads_were_low() -> None:
+    """Loads increase over the pad; the offset over the load is then largest at its low end."""
+    pad, x = line(), np.linspace(6.0, 34.0, 57)
+    touches = pad.touch(x[:, None], np.random.default_rng(0), load=np.linspace(1.0, 4.0, 57), measured=True)
+    low, high = (
+        pad_priors(
+            pad.sensor, touches.with_(readings=touches.readings + offset).averaged(), rest_subtracted=False,
+            usable=np.ones(4, dtype=bool),
+        )[0].position
+        for offset in (0.0, 1000.0)
+    )  # fmt: skip
+    np.testing.assert_allclose(high, low, rtol=0, atol=1e-9)
+    # Touches are half a millimetre apart.
+    np.testing.assert_allclose(high, pad.nominal + 10, atol=0.5)
+
+
 def line_of_touches(read: tuple[int, ...]) -> TouchMeans:
     """Eight places on a line; of each element the first few touches have a reading."""
     t, m = 8, len(read)
@@ -46,3 +63,16 @@ def test_every_element_needs_a_reading_more_than_it_has_unknowns() -> None:
         check_identifiable(few, kernel, both)
     assert caught.value.column == "e02"
     check_identifiable(few, kernel, np.array([True, False]))
+
+
+@pytest.mark.parametrize("away", [(0.0, 1.0), (1.0, 0.0), (0.6, 0.8), (1.0, -3.0)])
+def test_touches_on_one_line_do_not_calibrate_a_pad_in_the_plane(away: tuple[float, float]) -> None:
+    """Whatever its direction; one touch 1 mm beside the line is enough to know both coordinates."""
+    pad, kernel, usable = square(), GaussianKernel(6.0), np.ones(4, dtype=bool)
+    place = np.array([11.3, 8.1]) + np.linspace(-7.0, 7.0, 30)[:, None] * np.array(away) / np.hypot(*away)
+    beside = place.copy()
+    beside[7] += np.array([away[1], -away[0]]) / np.hypot(*away)
+    on_line, off_line = (pad.touch(each, np.random.default_rng(0)).averaged() for each in (place, beside))
+    check_identifiable(off_line, kernel, usable)
+    with pytest.raises(InputError, match="on one line"):
+        check_identifiable(on_line, kernel, usable)

@@ -36,6 +36,9 @@ _MOST_PAIRS = 1000
 # Pairs of touch and node refined together: 20 MB with 8 elements and 3 coordinates.
 _PAIRS = 1 << 15
 
+#: Least load over the typical one: below it all readings are noise. A force sensor with an offset may read less.
+LEAST_LOAD = 1e-3
+
 # Gauss-Newton steps at most, and the step, in standard deviations of a component, after which it stays where it is.
 _ITERATIONS, _CLOSE = 8, 0.1
 
@@ -125,7 +128,8 @@ def _search(
     part = touches.select(index)
     load, load_sd = part.load[:, None], part.felt_sd[:, None]
     sensitivity, slope = tables
-    _, variance = reader.predict(lattice.location, np.array(float(np.median(part.load))), part.counts[0])
+    least = LEAST_LOAD * reader.load
+    _, variance = reader.predict(lattice.location, np.array(max(float(np.median(part.load)), least)), part.counts[0])
     weight = np.where(part.present[0], 1 / variance, 0.0)
     reading = np.where(part.present, part.readings - reader.map.offset, 0.0)
     by_load = weight * sensitivity
@@ -133,7 +137,7 @@ def _search(
     precision = a + 1 / load_sd**2
     pull = reading @ by_load.T - load * a
     square = (reading**2) @ weight.T - 2 * load * (reading @ by_load.T) + load**2 * a
-    best = np.maximum(load + pull / precision, 0.05 * load)
+    best = np.maximum(load + pull / precision, 0.05 * np.maximum(load, least))
     dimensions, prior = slope.shape[1], 1 / lattice.width**2
     c = [(by_load * slope[:, k]).sum(axis=1) for k in range(dimensions)]
     v = [best * (reading @ (weight * slope[:, k]).T - load * c[k] - c[k] * pull / precision) for k in range(dimensions)]
@@ -168,10 +172,11 @@ def _refine(
     d = centre.shape[1]
     width = np.repeat(lattice.width * stride[:, None], d - 1, axis=1)
     prior = 1 / np.column_stack([width, touches.felt_sd[touch]]) ** 2
-    reach = np.column_stack([2 * width, 0.95 * touches.load[touch]])
-    low, high = centre - reach, centre + reach
-    high[:, -1] = np.inf
     x = centre.copy()
+    x[:, -1] = np.maximum(x[:, -1], LEAST_LOAD * reader.load)
+    reach = np.column_stack([2 * width, 0.95 * x[:, -1]])
+    low, high = x - reach, x + reach
+    high[:, -1] = np.inf
     moving = np.arange(len(x))
     for _ in range(_ITERATIONS):
         gradient, hessian, _ = _expanded(reader, touches, touch[moving], x[moving], centre[moving], prior[moving])

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.known_touches import prior_of_loads
 from bayestouch.pad.reading.reader import PadReader
+from bayestouch.sampling.streams import BlockStreams
+
+# Purpose number of the random streams, see `BlockStreams`.
+PURPOSE = 14
 
 
 def true_load_prior(effects: PadEffects, acting: FloatArray) -> tuple[float, float]:
-    """Mean and standard deviation (N) of the true loads of a calibration, from its acting loads."""
-    load = effects.pressing(acting[np.isfinite(acting)])
-    return float(load.mean()), float(load.std())
+    """Mean and standard deviation (N) of true loads, see `prior_of_loads`, from the acting loads of a calibration."""
+    return prior_of_loads(effects.pressing(acting[np.isfinite(acting)]))
 
 
 def with_true_loads(
@@ -21,6 +25,7 @@ def with_true_loads(
     reader: PadReader,
     calibrated: FloatArray,
     measured: FloatArray,
+    numbers: IntArray,
     seed: int,
 ) -> dict[str, FloatArray]:
     """Draws with true loads, for a prior that is normal in the true load.
@@ -39,6 +44,8 @@ def with_true_loads(
         Acting loads of the calibration, N.
     measured : (t,) array
         Acting loads of the touches, N; NaN not measured.
+    numbers : (t,) int array
+        Numbers of the touches. The random numbers of a touch depend only on its number and on the seed.
     seed : int
         Seed of the resampling.
     """
@@ -49,11 +56,12 @@ def with_true_loads(
     mean, sd = true_load_prior(effects, calibrated)
     log = np.log(np.maximum(effects.pressing_slope(acting), 1e-300)) - 0.5 * ((out["P"] - mean) / sd) ** 2
     log = log + 0.5 * ((acting - reader.load) / reader.load_sd) ** 2
-    rng = np.random.default_rng([seed, 5])
-    shape = acting.shape[:2]
-    for t in np.flatnonzero(np.isnan(measured)):
-        weight = np.exp(log[..., t] - log[..., t].max()).ravel()
-        chosen = rng.choice(weight.size, weight.size, p=weight / weight.sum())
+    shape, unknown = acting.shape[:2], np.flatnonzero(np.isnan(measured))
+    # Numbers in a table may be negative, those of streams may not.
+    streams = BlockStreams(seed, numbers[unknown].astype(np.uint64), PURPOSE)
+    for t, uniform in zip(unknown, streams.uniform(int(np.prod(shape))), strict=True):
+        share = np.cumsum(np.exp(log[..., t] - log[..., t].max()).ravel())
+        chosen = np.minimum(np.searchsorted(share, uniform * share[-1], side="right"), len(share) - 1)
         for draws in out.values():
             draws[..., t] = draws[..., t].ravel()[chosen].reshape(shape)
     return out

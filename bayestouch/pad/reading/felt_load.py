@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import log_ndtr
 
 from bayestouch.array_types import FloatArray, FloatOrArray, IntArray
 from bayestouch.pad.reading.reader import PadTouches
+from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.streams import BlockStreams
 
 # Purpose number of the random streams, see `BlockStreams`.
 PURPOSE = 8
+# Mean over sd from which nothing is cut off at zero: the probability below it is 1e-9.
+NEAR = 6.0
 
 
 def acting_given_felt(load_sd: FloatOrArray, load_scatter: float) -> tuple[FloatOrArray, FloatOrArray]:
@@ -41,5 +45,27 @@ def acting_loads(felt: FloatArray, touches: PadTouches, numbers: IntArray, seed:
     # Numbers in a table may be negative, those of streams may not.
     streams = BlockStreams(seed, numbers.astype(np.uint64), PURPOSE)
     standard = np.moveaxis(streams.normal(*felt.shape[:2]), 0, -1)
-    # No load is below zero.
-    return np.abs(touches.load + kept * (felt - touches.load) + sd * standard)
+    mean = touches.load + kept * (felt - touches.load)
+    acting = np.asarray(mean + sd * standard)
+    # No load is below zero: near it the distribution is cut off there.
+    near = mean < NEAR * sd
+    if near.any():
+        sd = np.broadcast_to(sd, mean.shape)[near]
+        bound = -mean[near] / sd
+        acting[near] = mean[near] + sd * normal_between(standard[near], bound, np.full(bound.shape, np.inf))[0]
+    return acting
+
+
+def cut_at_zero(mean: FloatArray, sd: FloatOrArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and variance of normal distributions that are cut off below zero, from mean (...) and sd before."""
+    variance = np.broadcast_to(np.asarray(sd) ** 2, mean.shape)
+    near = mean < NEAR * sd
+    if not near.any():
+        return mean, variance
+    mean, variance = mean.copy(), variance.copy()
+    z = mean[near] / np.sqrt(variance[near])
+    # Density over the probability above zero, as logarithms: far below zero both are too small for a number.
+    ratio = np.exp(-0.5 * z * z - 0.5 * np.log(2 * np.pi) - log_ndtr(z))
+    mean[near] += np.sqrt(variance[near]) * ratio
+    variance[near] *= np.maximum(1 - ratio * (ratio + z), 0.0)
+    return mean, variance

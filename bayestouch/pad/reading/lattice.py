@@ -52,10 +52,11 @@ def lattice_for(reader: PadReader) -> Lattice:
         np.abs(np.diff(map_.sensitivity, 2, axis=axis)).reshape(-1, map_.n_elements).max(axis=0) / map_.step[axis] ** 2
         for axis in range(map_.dimensions)
     ]
-    # The curvature is largest where the signal is about half of its peak: the noise is computed at such locations.
+    # The curvature is largest where the signal is about half of its peak: the noise is computed at such locations. All
+    # locations count for an element without a signal.
     largest = np.abs(signal).max(axis=0)
     sd = np.sqrt(
-        np.array([np.median(v[np.abs(s) > 0.3 * b]) for v, s, b in zip(variance.T, signal.T, largest, strict=True)])
+        np.array([np.median(v[np.abs(s) >= 0.3 * b]) for v, s, b in zip(variance.T, signal.T, largest, strict=True)])
     )
     curvature = np.max(bend, axis=0) * reader.load
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -12,12 +12,12 @@ from scipy.special import chdtrc
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.pad.reading.effects import true_load_prior
-from bayestouch.pad.reading.felt_load import acting_given_felt
+from bayestouch.pad.reading.felt_load import acting_given_felt, cut_at_zero
 from bayestouch.pad.reading.live_effects import PadStream
 from bayestouch.pad.reading.live_grid import NODES, Region
 from bayestouch.pad.reading.live_search import ELSEWHERE, Rough, Search
 from bayestouch.pad.reading.touch_reader import PadTouchReader
-from bayestouch.reading.live import LEVELS, HeldTouch, LiveTouch
+from bayestouch.reading.live import AT_AN_END, CLOSE, LEVELS, HeldTouch, LiveTouch
 from bayestouch.reading.mixtures import mixture_quantiles
 from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration
@@ -137,6 +137,10 @@ class PadLive:
         if at_ends > 10 * AT_END or unresolved:
             flags.append(CUT)
         pressed = float(mass @ loads)
+        sd = np.sqrt(covariance.diagonal())
+        load_spread = float(np.sqrt(mass @ ((loads - pressed) ** 2 + load_var)))
+        if (np.minimum(mean - region.low, region.high - mean) < CLOSE * sd).any() or pressed < CLOSE * load_spread:
+            flags.append(AT_AN_END)
         degrees = int(np.count_nonzero(counts)) + measured - len(mean) - 1
         misfit = float(chdtrc(degrees, likelihood)) if degrees > 0 else np.nan
         if misfit < IMPROBABLE:
@@ -145,11 +149,11 @@ class PadLive:
         whole = np.empty((len(both), len(both)))
         whole[:-1, :-1] = covariance
         whole[-1, :-1] = whole[:-1, -1] = (off * (mass * (loads - pressed))[:, None]).sum(axis=0)
-        whole[-1, -1] = mass @ ((loads - pressed) ** 2 + load_var)
+        whole[-1, -1] = load_spread**2
         quantiles = np.concatenate(
             [
                 region.quantiles(location, mass, ends, LEVELS),
-                mixture_quantiles(mass, loads[None], np.sqrt(load_var)[None], LEVELS),
+                np.maximum(mixture_quantiles(mass, loads[None], np.sqrt(load_var)[None], LEVELS), 0.0),
             ]
         )
         result = LiveTouch(
@@ -211,11 +215,11 @@ class PadLive:
         off = (loads - load) / felt_sd
         log = -0.5 * (squares + np.log(spread) @ here + off * off)
         log = np.where(loads > 0, log + log_weight + np.log(sd) + np.log(weights), -np.inf)
-        loads = load + kept * (loads - load)
+        loads, acting_var = cut_at_zero(load + kept * (loads - load), acting_sd)
         if self._true_loads is not None:
             acting, true, slopes, mean, width = self._true_loads
             slope = np.interp(loads, acting, slopes)
-            loads, acting_sd = np.interp(loads, acting, true), acting_sd * slope
+            loads, acting_var = np.interp(loads, acting, true), acting_var * slope**2
             if reader.load_measured and not measured:
                 # The prior is normal in the true load, as in `with_true_loads`.
                 log += np.log(slope) - 0.5 * ((loads - mean) / width) ** 2 + 0.5 * off * off
@@ -223,7 +227,7 @@ class PadLive:
         total = mass.sum(axis=0)
         within = mass / np.maximum(total, 1e-300)
         mean_load = (within * loads).sum(axis=0)
-        load_var = (within * ((loads - mean_load) ** 2 + acting_sd**2)).sum(axis=0)
+        load_var = (within * ((loads - mean_load) ** 2 + acting_var)).sum(axis=0)
         least = squares + (off * off if measured else 0.0)
         return location, total / total.sum(), ends, mean_load, load_var, float(least[mass > 0].min())
 

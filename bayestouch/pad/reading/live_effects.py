@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import History
 from bayestouch.pad.corrected import PadEffects
-from bayestouch.reading.live import HeldTouch
+from bayestouch.reading.live import HeldTouch, require_seconds
 
 # Number of earlier touches whose remainders are included.
 REMEMBERED = 24
@@ -27,6 +29,8 @@ class PadStream:
     def __init__(self, effects: PadEffects | None, samples: str) -> None:
         self.effects, self.samples = effects, samples
         self.needs_time = effects is not None and any(effect.needs_samples for effect in effects.listed.plain)
+        if effects is not None and self.needs_time:
+            require_seconds(effects.listed.setting.time_unit)
         self._earlier: list[tuple[float, float, FloatArray]] = []
         self._history: History | None = None
         self._began = self._last = 0.0
@@ -46,9 +50,9 @@ class PadStream:
             self._raw, self._last = before.after(values, np.nan, reads), time_s
             values, load = self.effects.corrected_sample(values, load, time_s, time_s - self._began, self._history)
         if self.samples == "first" and held.samples:
-            return held
+            return replace(held, samples=held.samples + 1)
         if self.samples == "last":
-            held = HeldTouch.none(len(values))
+            held = replace(HeldTouch.none(len(values)), samples=held.samples)
         return held.after(values, load, reads)
 
     def end(self) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.pad.reading.components import LEAST_LOAD
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader
 
@@ -15,8 +16,6 @@ from bayestouch.pad.reading.reader import PadReader
 DEPTH, ELSEWHERE, APART = 10.0, 1e-2, 8.0
 # Products are computed for loads a tenth apart (their logarithms), and so many of them are kept: 50 MB at most.
 LOAD_STEP, KEPT = 0.1, 32
-# Least load over the typical one: below it all readings are noise.
-LEAST_LOAD = 1e-3
 
 
 @dataclass(frozen=True, eq=False)

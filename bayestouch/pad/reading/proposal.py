@@ -141,10 +141,15 @@ class WithLogLoad:
 
     @classmethod
     def of(cls, parts: ManyParts) -> WithLogLoad:
-        """From a mixture of location and load, whose parts have the same locations and relative spreads of the load."""
+        """From a mixture of location and load, whose parts have the same locations and relative spreads of the load.
+
+        A normal distribution that is cut at zero below its mean, or near it, has its largest density of the logarithm
+        at about one sd.
+        """
         mean, root = parts.mean.copy(), parts.root.copy()
-        root[..., -1, :] /= mean[..., -1:]
-        mean[..., -1] = np.log(mean[..., -1])
+        load = np.maximum(mean[..., -1], np.sqrt((root[..., -1, :] ** 2).sum(axis=-1)))
+        root[..., -1, :] /= load[..., None]
+        mean[..., -1] = np.log(load)
         return cls(ManyParts(parts.weight, mean, root))
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:

@@ -40,7 +40,7 @@ class PadTouchReader:
     ``"reference_level"`` is the probability of the smallest region of highest density that contains the reference
     location (NaN if unknown); over many touches it is uniformly distributed if posteriors are right. ``rows.predicted``
     is the posterior mean of the readings. The prior of a load that is not measured has the mean and the standard
-    deviation of the loads of the calibration.
+    deviation of the loads of the calibration, see `bayestouch.pad.known_touches.prior_of_loads`.
 
     Attributes
     ----------
@@ -159,7 +159,9 @@ class PadTouchReader:
         posterior["P"] = acting_loads(posterior["P"], touches, block.touch, self.options.seed)
         if effects is not None:
             load = effects.as_read(block.load)
-            posterior = with_true_loads(posterior, effects, reader, self.calibrated_load, block.load, self.options.seed)
+            posterior = with_true_loads(
+                posterior, effects, reader, self.calibrated_load, block.load, block.touch, self.options.seed
+            )
         location = {name: block.location[:, axis] for axis, name in enumerate(COORDINATES[: block.location.shape[1]])}
         rows = TouchRows(
             touch=block.touch,

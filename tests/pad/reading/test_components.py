@@ -78,6 +78,32 @@ def test_sum_of_normals_is_the_posterior(count: int) -> None:
         assert spread[0, 1] == pytest.approx(cross, abs=0.04 * np.sqrt(np.prod(wanted)))
 
 
+@pytest.mark.parametrize("load", [-0.02, 0.0, 0.05])
+def test_a_force_sensor_below_zero_leaves_a_load_above(load: float) -> None:
+    """At one known place the load is the mean of the readings' and the force sensor's, by their precisions."""
+    reader, load_sd = Plane(1), 0.02
+    nodes = Lattice(np.zeros((1, 1), dtype=np.int64), np.array([[0.4]]), 1e-6)
+    given = PadTouches(
+        OFFSET + 0.2 * (GAIN[:, 0] + 0.4 * GAIN[:, 1])[None], np.full((1, 2), 4), np.array([load]), np.array([load_sd])
+    )
+    parts = components_of(reader, given, nodes)  # type: ignore[arg-type]
+    by_load = (GAIN[:, 0] + 0.4 * GAIN[:, 1]) / (SD / 2)
+    precision = by_load @ by_load + 1 / load_sd**2
+    assert len(parts.touch) == 1 and np.isfinite(parts.log_weight).all()
+    np.testing.assert_allclose(
+        parts.mean[0], [0.4, (0.2 * by_load @ by_load + load / load_sd**2) / precision], rtol=1e-6
+    )
+    assert parts.covariance[0, 1, 1] == pytest.approx(1 / precision, rel=1e-6)
+
+
+def test_no_part_has_a_load_below_zero() -> None:
+    """Neither the readings nor the force sensor show a load: the part stays at a twentieth of the least one."""
+    nodes = Lattice(np.zeros((1, 1), dtype=np.int64), np.array([[0.4]]), 1e-6)
+    given = PadTouches(OFFSET[None], np.full((1, 2), 4), np.array([-0.02]), np.array([0.02]))
+    parts = components_of(Plane(1), given, nodes)  # type: ignore[arg-type]
+    np.testing.assert_allclose(parts.mean, [[0.4, 0.05 * components.LEAST_LOAD * 2.0]], rtol=1e-6)
+
+
 def test_in_the_plane() -> None:
     """Two elements and a load tell two coordinates: the best parts lie where the readings are met."""
     reader = Plane(2)

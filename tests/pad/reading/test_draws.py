@@ -79,17 +79,25 @@ def box(posterior: TouchPosteriors, t: int, reader: PadReader) -> tuple[np.ndarr
     middle, half = (draws.max(axis=0) + draws.min(axis=0)) / 2, 0.75 * np.ptp(draws, axis=0)
     low, high = middle - half, middle + half
     low[:-1], high[:-1] = np.maximum(low[:-1], reader.map.low), np.minimum(high[:-1], reader.map.high)
+    low[-1] = max(low[-1], 0.0)
     return low, high
 
 
 def check_against_quadrature(
     pad: SimulatedPad, calibration: Calibration, location: np.ndarray, n: int, seed: int
 ) -> TouchPosteriors:
-    touches = pad.touch(location, np.random.default_rng(seed))
-    posterior = infer(touches, calibration, draws=4000, seed=1, workers=1)
+    return infer_beside_quadrature(pad.touch(location, np.random.default_rng(seed)), calibration, n)
+
+
+def infer_beside_quadrature(
+    touches: Touches, calibration: Calibration, n: int, *, use_load: bool = True
+) -> TouchPosteriors:
+    posterior = infer(touches, calibration, draws=4000, seed=1, workers=1, use_load=use_load, check_sensor=False)
     reader = PadReader.from_calibration(calibration)
-    for t in range(len(location)):
-        mean, sd = quadrature(reader, known(reader, touches), t, *box(posterior, t, reader), n)
+    means = pad_readings(touches, reader.map.dimensions, reader.samples)
+    given = reader.touches(means if use_load else means.without_load())
+    for t in range(given.n_touches):
+        mean, sd = quadrature(reader, given, t, *box(posterior, t, reader), n)
         for k, name in enumerate(posterior.posterior):
             # Standard errors of mean and sd from the effective draws; of the sd with room for tails heavier than a
             # normal's (kurtosis up to 6), and 1 % for the midpoint rule.
@@ -109,6 +117,46 @@ def test_plane_against_quadrature(square_pad: tuple[SimulatedPad, Calibration]) 
     # Above an element (by symmetry of its bell, located by the others), in the middle, at an edge, in a corner.
     location = np.array([[8.2, 5.1], [11.0, 8.0], [11.0, 14.0], [17.5, 17.0], [3.5, 3.5]])
     check_against_quadrature(*square_pad, location, 90, 0)
+
+
+def measured_line(load: np.ndarray) -> tuple[SimulatedPad, Calibration]:
+    """A line whose loads were measured, (57,). Its elements do not share an error of the load."""
+    pad = line()
+    table = pad.touch(np.linspace(6, 34, 57)[:, None], np.random.default_rng(0), load=load, measured=True)
+    calibration = calibrate_pad(pad.dataset(table), kernel="gaussian", empirical=False, draws=8)
+    return pad, replace(calibration, noise=replace(calibration.noise, load_scatter=0.0))
+
+
+def test_loads_of_a_force_sensor_that_reads_below_zero() -> None:
+    """Touches of nothing and of 0.03 N, and one without readings: normal priors of the load that are cut at zero."""
+    pad, calibration = measured_line(np.tile([2.0, 2.5, 3.0], 19))
+    reader = PadReader.from_calibration(calibration)
+    location, true = np.array([13.0, 13.0, 22.0, 22.0, 22.0])[:, None], np.array([0.0, 0.0, 0.03, 0.03, 0.0])
+    load = np.array([-0.02, 0.005, -0.02, 0.03, -0.02])
+    readings = reader.map.offset + pad.chain.predict(location, true) - pad.chain.offset
+    readings[4] = np.nan
+    touches = pad.touch(location, np.random.default_rng(0), load=load, measured=True).with_(readings=readings)
+    posterior = infer_beside_quadrature(touches, calibration, 800)
+    draws = posterior.posterior["P"]
+    assert np.isfinite(draws).all() and (draws > 0).all()
+    force_sd = float(reader.noise.force_sd)
+    cut = stats.truncnorm(0.02 / force_sd, np.inf, loc=-0.02, scale=force_sd)
+    # Four standard errors of 3,000 effective draws.
+    assert posterior.mean("P")[4] == pytest.approx(cut.mean(), rel=0.07)
+    assert posterior.sd("P")[4] == pytest.approx(cut.std(), rel=0.09)
+
+
+def test_one_load_in_the_calibration_says_little_of_others() -> None:
+    """The prior of a load that is not measured is then as wide as that load, and a note says so."""
+    pad, calibration = measured_line(np.full(57, 2.0))
+    assert (calibration.settings["load_mean"], calibration.settings["load_sd"]) == (2.0, 2.0)
+    assert any("the same load" in note for note in calibration.notes)
+    location, load = np.array([10.3, 13.0, 25.0])[:, None], np.array([2.0, 0.7, 4.0])
+    touches = pad.touch(location, np.random.default_rng(1), load=load, measured=True)
+    posterior = infer_beside_quadrature(touches, calibration, 600, use_load=False)
+    # Noise of 1 % and 0.05 of readings of 7 and more.
+    np.testing.assert_allclose(posterior.mean("P"), load, rtol=0.1)
+    infer_beside_quadrature(touches, calibration, 600)
 
 
 def test_one_element_names_two_places() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from types import SimpleNamespace
 from typing import Any
 
@@ -50,6 +51,14 @@ def test_the_sharpest_element_that_responds_counts() -> None:
     made = reader([0.15, 0.6, 9.0], [-20.0], [30.0])
     made.usable[2] = False
     assert lattice_for(made).step == pytest.approx(1.0)  # sqrt(1.2/1.2)
+
+
+def test_an_element_without_a_signal_does_not_count() -> None:
+    """Its noise where it has a signal is that of no place, and numpy warns of a mean of nothing."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = lattice_for(reader([0.6, 0.0], [-20.0], [30.0]))
+    assert found.step == lattice_for(reader(0.6, [-20.0], [30.0])).step
 
 
 def test_noise_is_that_where_the_signal_is_large() -> None:

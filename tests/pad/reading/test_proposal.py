@@ -45,6 +45,16 @@ def test_density() -> None:
         )
 
 
+def test_a_load_below_zero_has_a_logarithm() -> None:
+    """As if it were one sd: no load is below zero. A load far above its sd has its own logarithm."""
+    mean = np.array([[[3.0, -0.04], [3.0, 0.02], [3.0, 2.0]]])
+    root = np.array([[np.diag([0.5, 0.1]), [[0.5, 0.0], [0.03, 0.04]], np.diag([0.5, 0.1])]])
+    made = WithLogLoad.of(ManyParts(np.full((1, 3), 1 / 3), mean, root)).parts
+    np.testing.assert_allclose(made.mean[0, :, 1], np.log([0.1, 0.05, 2.0]))
+    np.testing.assert_allclose(made.root[0, :, 1], [[0.0, 1.0], [0.6, 0.8], [0.0, 0.05]])
+    np.testing.assert_array_equal(made.mean[0, :, 0], 3.0)
+
+
 def test_draws_are_from_the_density() -> None:
     """Shares, means and covariances of 40,000 draws, within five standard errors."""
     n = 40_000
