@@ -46,7 +46,7 @@ def stream(data: bayestouch.DataSet, noise_sd: np.ndarray, n_touches: int, seed:
     """Samples at 1 kHz: the mean readings of touches of the data set, with noise, 120 ms each and 80 ms apart."""
     rng = np.random.default_rng(seed)
     means = data.touches.averaged()
-    chosen = rng.choice(means.n_touches, n_touches, replace=False)
+    chosen = rng.choice(means.n_touches, n_touches, replace=n_touches > means.n_touches)
     clock = 0.0
     for touch in chosen:
         for sample in range(SAMPLES):
@@ -125,6 +125,8 @@ def main(arguments: list[str] | None = None) -> dict[str, Any]:
     parser.add_argument("-o", "--output", type=Path, help="folder for pictures, instead of a window")
     parser.add_argument("--touches", type=int, default=10)
     options = parser.parse_args(arguments)
+    if options.touches < 1:
+        parser.error("--touches: expected at least 1")
     if options.output is not None:
         import matplotlib
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.baselines.regression import Regression, RegressionTouches
+from bayestouch.errors import InputError
 from bayestouch.model.touch_errors import COVERAGE
 
 #: Nodes of the grid, by dimensions of the pad: locations along each axis without and with loads, and loads. In a plane
@@ -58,7 +59,12 @@ def read_by_regression(
     known, held : RegressionTouches
         Touches that it was fitted to, and the touches to be read. Both have loads, or neither.
     force_sd : float, optional
-        Noise of the force sensor, N; by default a share of the mean load.
+        Noise of one reading of the force sensor, N; by default a share of the mean load.
+
+    Raises
+    ------
+    InputError
+        The loads of all known touches are the same: a regression on the load cannot be inverted.
     """
     dimensions = known.location.shape[1]
     nodes = (LOCATIONS if known.load is None else LOCATIONS_WITH_LOADS)[dimensions]
@@ -70,20 +76,23 @@ def read_by_regression(
         none = np.full(len(held.readings), np.nan)
         of_location = _of_location(weight, places, axes, held.location)
         return RegressionPosteriors(residual, *of_location, none, none, np.stack([none] * 2, 1))
+    if np.ptp(known.load) == 0:
+        raise InputError("all known touches have the same load: a regression on the load cannot be inverted")
     loads = _axis(known.load, LOADS[dimensions])
     count = len(loads)
     grid = np.column_stack([np.repeat(places, count, axis=0), np.tile(loads, len(places))])
     mean, sd = (each.reshape(len(places), count, -1) for each in regression(grid))
     force_sd = FORCE_NOISE * float(known.load.mean()) if force_sd is None else force_sd
+    reads = np.ones(len(held.load)) if held.reads_of_load is None else held.reads_of_load
     by_element = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (mean, sd, np.log(sd))]
     of_places, of_loads = [], []
-    for reading, load in zip(held.readings, held.load, strict=True):
+    for reading, load, error in zip(held.readings, held.load, force_sd / np.sqrt(reads), strict=True):
         # Far below the step of the grid: the load as it was read, its noise as that of readings.
         at = np.clip(np.interp(load, loads, np.arange(count)), 0, count - 1.001)
         low, share = int(at), at - int(at)
         here, spread = ((1 - share) * each[:, low] + share * each[:, low + 1] for each in (mean, sd))
         slope = (mean[:, low + 1] - mean[:, low]) / (loads[1] - loads[0])
-        of_places.append(_log_likelihood(reading[None], here, np.hypot(spread, slope * force_sd))[0])
+        of_places.append(_log_likelihood(reading[None], here, np.hypot(spread, slope * error))[0])
         of_loads.append(_at_any_place(reading, *by_element))
     weight, weight_of_load = _weights(np.array(of_places)), _weights(np.array(of_loads))
     load_mean = weight_of_load @ loads

@@ -40,11 +40,14 @@ class RegressionTouches:
         Loads, N; None if they were not measured.
     readings : (t, m) array
         Mean readings of touches over the peak of each element; NaN missing.
+    reads_of_load : (t,) array or None
+        Number of readings of the force sensor of which each load is the mean; None if it is one.
     """
 
     location: FloatArray
     load: FloatArray | None
     readings: FloatArray
+    reads_of_load: FloatArray | None = None
 
     @classmethod
     def of(cls, observed: Observations, peak: FloatArray, *, loaded: bool = True) -> RegressionTouches:
@@ -61,7 +64,7 @@ class RegressionTouches:
         """
         means = observed.means
         load = means.load if loaded and np.isfinite(means.load).all() else None
-        return cls(means.location, load, means.readings / peak)
+        return cls(means.location, load, means.readings / peak, means.reads_of_load)
 
     @property
     def inputs(self) -> FloatArray:
@@ -79,7 +82,7 @@ class Regression:
         Its name in tables.
     of_elements : tuple of callables
         Mean (k,) and standard deviation (k,) of a reading of one touch over the peak, noise included. NaN for an
-        element that is too seldom read for a regression.
+        element that is too seldom read for a regression, or whose readings are all the same.
     left_out_percent : float
         Error of readings of known touches that were left out, percent of the peak: mean of the elements.
     """
@@ -144,7 +147,7 @@ def gaussian_process(known: RegressionTouches, seed: int = 0) -> Regression:
 
     def one(element: int) -> tuple[OfElement, float]:
         seen = np.isfinite(known.readings[:, element])
-        if seen.sum() < _fewest(known):
+        if seen.sum() < _fewest(known) or np.ptp(known.readings[seen, element]) == 0:
             return _unknown, np.nan
         x, y = ((known.inputs - centre) / scale)[seen], known.readings[seen, element]
         kernel = ConstantKernel(1.0, (1e-4, 1e6)) * Matern([0.5] * x.shape[1], (1e-2, 1e2), nu=2.5)
@@ -190,7 +193,7 @@ def polynomial(known: RegressionTouches) -> Regression:
 
     def one(element: int) -> tuple[OfElement, float]:
         seen = np.isfinite(known.readings[:, element])
-        if seen.sum() < _fewest(known):
+        if seen.sum() < _fewest(known) or np.ptp(known.readings[seen, element]) == 0:
             return _unknown, np.nan
         x, y = known.inputs[seen], known.readings[seen, element]
         tried: list[tuple[float, Any]] = []

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, about, shown
 from bayestouch.live.files import load_setup, save_setup
 from bayestouch.model.body import body_of
 from bayestouch.output.summary import Summarised
@@ -19,6 +19,11 @@ from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.reading.live import HeldTouch, LiveBody, LiveTouch
 from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration
+
+#: Largest reading: the sum of squares of readings in units of their noise stays a number of 32 bits.
+LARGEST = 1e12
+#: Name of the rest reading among the tables of a saved reader.
+REST = "rest_reading"
 
 
 class Reader(Summarised):
@@ -111,7 +116,6 @@ class Reader(Summarised):
         self._held: HeldTouch | None = None
         self._near: Any = None
         self._time_s = -np.inf
-        self._began_s = 0.0
 
     def read(
         self, values: ArrayLike, load: float | None = None, *, reads: int = 1, time_s: float | None = None
@@ -127,7 +131,7 @@ class Reader(Summarised):
         reads : int
             Number of raw readings of which `values` and `load` are means.
         time_s : float, optional
-            Time, s, for effects that depend on time; by default one second after the touch before.
+            Time, s; needed if the calibration has effects that depend on time.
 
         Returns
         -------
@@ -138,29 +142,19 @@ class Reader(Summarised):
         InputError
             If the number of elements is wrong, no reading is present, or a number is impossible.
         """
+        sample = self._checked(values, load, reads, time_s)
         self.new_touch()
-        return self.update(values, load, reads=reads, time_s=time_s)
+        return self._added(*sample)
 
     def update(
         self, values: ArrayLike, load: float | None = None, *, reads: int = 1, time_s: float | None = None
     ) -> LiveTouch:
         """Posterior of the held touch after one more sample; parameters as `read`.
 
-        It equals that of all samples of the touch together: it depends on their sums alone.
+        It equals that of all samples of the touch together: it depends on their sums alone. A pad whose calibration has
+        creep or memory uses one sample of a touch, the first or the last, as `bayestouch.infer` does.
         """
-        sample, pressed = self._checked(values, load, reads)
-        now = self._now(time_s)
-        if self._held is None:
-            self._held, self._began_s = HeldTouch.none(self._body.n_elements), now
-            if self._stream is not None:
-                self._stream.begin(now)
-        self._time_s = now
-        if self._stream is None:
-            self._held = self._held.after(sample, pressed, float(reads))
-        else:
-            self._held = self._stream.add(self._held, sample, pressed, now, float(reads))
-        result, self._near = self._body.read(self._held, self._near, self._stream)
-        return result
+        return self._added(*self._checked(values, load, reads, time_s))
 
     def new_touch(self) -> None:
         """End the held touch, if there is one: the next sample belongs to another touch."""
@@ -175,26 +169,28 @@ class Reader(Summarised):
         Raises
         ------
         InputError
-            If the number of elements is wrong.
+            If the number of elements is wrong, or a number is infinite; a missing one is NaN.
         """
         samples = np.atleast_2d(self._numbers(values))
         if samples.shape[1:] != (self._body.n_elements,) or not len(samples):
             raise InputError(f"rest reading: expected {self._body.n_elements} elements, got shape {samples.shape}")
-        here = np.isfinite(samples)
+        if np.isinf(samples).any():
+            raise InputError("rest reading: a number is infinite; a missing one is NaN")
+        here = ~np.isnan(samples)
         total, count = np.where(here, samples, 0.0).sum(axis=0), here.sum(axis=0)
         self.rest_reading = np.where(count > 0, total / np.maximum(count, 1), self.rest_reading)
 
     def save(self, path: str | Path) -> None:
-        """Write the calibration and the tables of this reader to one file.
+        """Write the calibration, the rest reading and the tables of this reader to one file.
 
-        `bayestouch.load` opens it as a calibration.
+        `bayestouch.load` opens it as a calibration. The touches of the stream are not saved.
 
         Raises
         ------
         InputError
             If the file cannot be written.
         """
-        save_setup(path, self.calibration, self._body.arrays())
+        save_setup(path, self.calibration, {**self._body.arrays(), REST: self.rest_reading})
 
     @classmethod
     def load(
@@ -213,35 +209,60 @@ class Reader(Summarised):
             If the file is missing, damaged, or holds no calibration, or an option does not suit the sensor.
         """
         reader = cls.__new__(cls)
-        reader._set(*load_setup(path), indenter, plug_in, use_load)
+        calibration, arrays = load_setup(path)
+        rest = None if arrays is None else arrays.pop(REST, None)
+        with about(path):
+            reader._set(calibration, arrays, indenter, plug_in, use_load)
+            if rest is not None:
+                reader.rest(rest)
         return reader
 
-    def _checked(self, values: ArrayLike, load: float | None, reads: int) -> tuple[FloatArray, float]:
+    def _added(self, sample: FloatArray, pressed: float, reads: float, now: float) -> LiveTouch:
+        """Posterior of the held touch, or of a new one, after a sample that was checked."""
+        if self._held is None:
+            self._held = HeldTouch.none(self._body.n_elements)
+            if self._stream is not None:
+                self._stream.begin(now)
+        if self._stream is None:
+            self._held = self._held.after(sample, pressed, reads)
+        else:
+            self._held = self._stream.add(self._held, sample, pressed, now, reads)
+        result, self._near = self._body.read(self._held, self._near, self._stream)
+        return result
+
+    def _checked(
+        self, values: ArrayLike, load: float | None, reads: int, time_s: float | None
+    ) -> tuple[FloatArray, float, float, float]:
+        """Readings minus the rest reading, load (NaN not used), number of raw reads, and time (s)."""
         m = self._body.n_elements
         sample = self._numbers(values)
         if sample.shape != (m,):
             raise InputError(f"values: expected {m} readings, one for each element, got shape {sample.shape}")
-        if np.isinf(sample).any():
-            raise InputError(f"values: element {int(np.isinf(sample).argmax()) + 1} is infinite; a missing one is NaN")
+        if (huge := np.abs(sample) > LARGEST).any():
+            raise InputError(f"values: element {int(huge.argmax()) + 1} is infinite or too large; a missing one is NaN")
         if np.isnan(sample).all():
             raise InputError("values: all readings are missing")
-        if not reads >= 1:
+        count = _number("reads", reads)
+        if not 1 <= count < np.inf:
             raise InputError(f"reads: expected at least 1, got {shown(reads)}")
-        pressed = np.nan if load is None else float(load)
+        pressed = np.nan if load is None else _number("load", load)
         if np.isinf(pressed):
             raise InputError("load: expected a finite number, or nothing if it is not measured")
-        return sample - self.rest_reading, pressed if self._options.use_load else np.nan
+        used = pressed if self._options.use_load else np.nan
+        return sample - self.rest_reading, used, count, self._now(time_s)
 
     def _now(self, time_s: float | None) -> float:
+        """Time of a sample, s; where none is given, no effect asks for it."""
         if time_s is None:
             if self._stream is not None and self._stream.needs_time:
                 raise InputError(
                     "time_s: this calibration has effects that depend on time: give the time of each sample"
                 )
-            return self._time_s + 1.0 if np.isfinite(self._time_s) else 0.0
-        now = float(time_s)
+            return 0.0
+        now = _number("time_s", time_s)
         if not now >= self._time_s or np.isinf(now):
             raise InputError(f"time_s: expected a time that is not before {self._time_s:g} s, got {now:g} s")
+        self._time_s = now
         return now
 
     @staticmethod
@@ -250,3 +271,10 @@ class Reader(Summarised):
             return np.asarray(values, dtype=np.float64)
         except (TypeError, ValueError):
             raise InputError(f"values: expected numbers, got {shown(values)}") from None
+
+
+def _number(name: str, value: float) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected a number, got {shown(value)}") from None

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.data.sensor import Finger, Pad
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, shown
 from bayestouch.output.summary import Summarised, summary_html
 from bayestouch.simulation.chain import pressed, read
 from bayestouch.simulation.finger import FingerDesign
@@ -35,6 +35,8 @@ __all__ = [
 ]
 
 EMBEDDED_SEED = 1995
+#: File with the true values of a simulated data set.
+TRUTH = "truth.json"
 
 #: Designs by the name of the body in ``sensor.toml``.
 DESIGNS: Mapping[str, type[FingerDesign] | type[PadDesign]] = {Finger.kind: FingerDesign, Pad.kind: PadDesign}
@@ -93,11 +95,16 @@ def save_simulated(
     *,
     truth: bool = True,
 ) -> None:
-    """Write the data set to a folder, with the true values in ``truth.json`` if `truth` is True."""
+    """Write the data set to a folder, with the true values in ``truth.json`` if `truth` is True.
+
+    If it is False, the true values of another data set that was in the folder are removed.
+    """
+    text = json.dumps(_plain(simulated.truth), indent=1, allow_nan=False) + "\n"
     save_dataset(simulated.dataset, path, format)
     if truth:
-        text = json.dumps(_finite(simulated.truth), indent=1, allow_nan=False)
-        (Path(path) / "truth.json").write_text(text + "\n", encoding="utf-8")
+        (Path(path) / TRUTH).write_text(text, encoding="utf-8")
+    else:
+        (Path(path) / TRUTH).unlink(missing_ok=True)
 
 
 def simulate(
@@ -140,9 +147,9 @@ def simulate(
     (4, 4)
     """
     design = FingerDesign() if design is None else design
-    effects = {} if effects is None else dict(effects)
-    if seed < 0 or seed != int(seed):
-        raise InputError(f"seed: expected a whole number, zero or larger, got {seed}")
+    effects = {name: _size(name, value) for name, value in (effects or {}).items()}
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError(f"seed: expected a whole number, zero or larger, got {shown(seed)}")
     of_sensor, of_plan, of_noise = (np.random.default_rng([seed, stream]) for stream in range(3))
     built, plan = design.build(of_sensor), design.plan(of_plan)
     values = effect_values(effects, built.setting(plan))
@@ -187,10 +194,19 @@ def embedded_dataset(seed: int = EMBEDDED_SEED) -> SimulatedDataSet:
     return simulate(embedded_design(), seed=seed)
 
 
-def _finite(value: Any) -> Any:
-    """Value with infinite numbers replaced by text, because JSON has no infinity."""
+def _size(name: str, value: float) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"effect {name}: expected a number, got {shown(value)}") from None
+
+
+def _plain(value: Any) -> Any:
+    """Value with lists and numbers of Python, and infinite numbers replaced by text, because JSON has no infinity."""
     if isinstance(value, Mapping):
-        return {key: _finite(each) for key, each in value.items()}
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
     if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
+        return [_plain(each) for each in value]
     return str(value) if isinstance(value, float) and not np.isfinite(value) else value

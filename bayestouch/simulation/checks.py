@@ -10,7 +10,7 @@ from bayestouch.errors import InputError
 def check_counts(**values: int) -> None:
     """Refuse values that are not whole numbers above zero."""
     for name, value in values.items():
-        if value < 1 or value != int(value):
+        if not isinstance(value, int | np.integer) or value < 1:
             raise InputError(f"{name}: expected a whole number above zero, got {value}")
 
 
@@ -29,6 +29,6 @@ def check_not_negative(**values: float) -> None:
 
 
 def check_range(load_range: tuple[float, float]) -> None:
-    """Refuse a load range that is not finite or not in order."""
-    if not load_range[0] <= load_range[1] < np.inf:
+    """Refuse a load range that is not of two positive, finite loads in order."""
+    if len(load_range) != 2 or not 0 < load_range[0] <= load_range[1] < np.inf:
         raise InputError(f"load_range: expected two finite loads in order, got {load_range}")

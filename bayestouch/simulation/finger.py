@@ -109,7 +109,6 @@ class FingerDesign(Summarised):
             edge_step_deg=self.edge_step_deg,
             flat_step_deg=self.flat_step_deg,
             touch_step_deg=self.touch_step_deg,
-            lowest_load=self.load_range[0],
         )
         check_not_negative(
             depth_spread_mm=self.depth_spread_mm,
@@ -121,7 +120,10 @@ class FingerDesign(Summarised):
             touch_span_deg=self.touch_span_deg,
         )
         check_range(self.load_range)
-        if not self.touch_radii_mm or not all(radius >= 0 for radius in self.touch_radii_mm):
+        if not 0 < self.core_radius_mm < self.sensing_radius_mm < self.outer_radius_mm < np.inf:
+            radii = f"{self.core_radius_mm:g}, {self.sensing_radius_mm:g} and {self.outer_radius_mm:g} mm"
+            raise InputError(f"expected 0 < core_radius_mm < sensing_radius_mm < outer_radius_mm, got {radii}")
+        if not len(self.touch_radii_mm) or not all(radius >= 0 for radius in self.touch_radii_mm):
             raise InputError("touch_radii_mm: expected radii of zero and larger, and at least one")
 
     @property

@@ -16,6 +16,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.data.sensor import Pad, Rubber, Sensor
 from bayestouch.effects import Setting
+from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 from bayestouch.simulation.checks import check_counts, check_not_negative, check_positive, check_range
 from bayestouch.simulation.plan import EffectValues, Plan
@@ -92,7 +93,6 @@ class PadDesign(Summarised):
             thickness_mm=self.thickness_mm,
             peak_reading=self.peak_reading,
             calibration_step_mm=self.calibration_step_mm,
-            lowest_load=self.load_range[0],
         )
         check_not_negative(
             contact_radius_mm=self.contact_radius_mm,
@@ -103,6 +103,12 @@ class PadDesign(Summarised):
             margin_mm=self.margin_mm,
         )
         check_range(self.load_range)
+        axes = {"element_x_mm": self.element_x_mm}
+        if self.element_y_mm is not None:
+            axes["element_y_mm"] = self.element_y_mm
+        for name, places in axes.items():
+            if len(places) != len(self.element_x_mm) or not np.isfinite(places).all():
+                raise InputError(f"{name}: expected a finite place for each of {len(self.element_x_mm)} elements")
 
     def build(self, rng: np.random.Generator) -> BuiltPad:
         """A pad with random places and gains of the elements."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -68,17 +69,36 @@ def test_a_reading_that_is_missing_says_nothing() -> None:
 
 @BOTH
 def test_an_element_that_is_hardly_read_says_nothing(way: Way) -> None:
-    """One that was never read, and one that four touches read: the others read as without them."""
+    """One that was never read, one that four touches read, and one that is stuck: the others read as without them."""
     known, held = made(0, TOUCHES, False), made(1, 40, False)
     few = np.where(np.arange(TOUCHES) < 4, known.readings[:, 0], np.nan)
-    more = np.column_stack([known.readings, np.full(TOUCHES, np.nan), few])
-    wider = np.column_stack([held.readings, np.full(40, np.nan), held.readings[:, 0]])
+    more = np.column_stack([known.readings, np.full(TOUCHES, np.nan), few, np.full(TOUCHES, 0.7)])
+    wider = np.column_stack([held.readings, np.full(40, np.nan), held.readings[:, 0], np.full(40, 0.7)])
     regression = way(RegressionTouches(known.location, None, more))
     alone = way(known)
     assert regression.left_out_percent == alone.left_out_percent
     read = read_by_regression(regression, known, RegressionTouches(held.location, None, wider))
     np.testing.assert_array_equal(read.location, read_by_regression(alone, known, held).location)
     assert np.isnan(read.residual[:, 2:]).all() and np.isfinite(read.residual[:, :2]).all()
+
+
+@pytest.mark.parametrize("reads", [None, 4.0])
+def test_the_error_of_a_load_is_that_of_a_mean(reads: float | None) -> None:
+    """Given a load with an error, two readings tell x with slopes P/10 and -P/10, and a variance that has it, too."""
+    known, held = made(0, TOUCHES, True), made(1, 40, True)
+    assert held.load is not None
+    held = replace(held, reads_of_load=None if reads is None else np.full(40, reads))
+    read = read_by_regression(polynomial(known), known, held, force_sd=0.2)
+    x, load_sd = held.location[:, 0], 0.2 / np.sqrt(reads or 1.0)
+    information = sum((held.load / 10) ** 2 / (NOISE**2 + (load_sd * slope) ** 2) for slope in (1 + x / 10, 2 - x / 10))
+    narrow = (x > 3) & (x < 7) & (held.load > 2)  # far from the ends of the prior
+    np.testing.assert_allclose(read.location_sd[narrow, 0], information[narrow] ** -0.5, rtol=0.1)
+
+
+def test_loads_that_are_all_the_same_are_refused() -> None:
+    known = made(0, 40, True)
+    with pytest.raises(InputError, match="the same load"):
+        read_by_regression(polynomial(known), replace(known, load=np.ones(40)), known)
 
 
 @BOTH

@@ -12,6 +12,7 @@ from live_cases import apart, drawn, sensor, streamed
 
 import bayestouch
 from bayestouch import InputError, Reader
+from bayestouch.effects.stated import StatedModel
 
 # 0.1 sd and 5 % are what the reader promises. The draws themselves are wrong by 0.02 sd and 1.3 %.
 MEAN, SD = 0.1, 0.05
@@ -135,6 +136,30 @@ def test_a_load_below_zero_is_no_error(load: float) -> None:
     reader = Reader(calibration)
     found = reader.read(reader.rest_reading, load)
     assert np.isfinite(found.mean).all() and (found.sd > 0).all()
+    assert (found.quantiles[-1] >= 0).all() and found.mean[-1] > 0
+    assert "the location or the load is at an end of its prior" in found.flags
+
+
+@pytest.mark.filterwarnings("error")
+def test_without_contact_the_location_is_unknown() -> None:
+    """Quadrature points have loads below zero then; the sd of a uniform location would be 0.29 of its range."""
+    _, calibration = sensor("finger")
+    reader, rng = Reader(calibration), np.random.default_rng(2)
+    wide = reader.read(reader.rest_reading)
+    low, high = np.degrees(reader._body.reader.sampler.priors.location.support)
+    assert 0.15 < wide["theta_c"][1] / (high - low) < 0.3
+    for _ in range(20):
+        found = reader.read(reader.rest_reading + calibration.noise.tactile_sd * rng.standard_normal(8))
+        assert np.isfinite(found.mean).all() and found.grade == 0
+
+
+def test_a_location_at_the_end_of_the_region_of_a_pad_is_flagged() -> None:
+    data, calibration = sensor("line")
+    reader, means = Reader(calibration), data.touches.averaged()
+    place = reader._body.reader.sampler.reader.map
+    signal = reader.rest_reading + means.load.mean() * place.at(np.array([place.low, place.low + 3.0]))[0]
+    ends = [reader.read(values, float(means.load.mean())) for values in signal]
+    assert ends[0].flags == ("the location or the load is at an end of its prior",) and not ends[1].flags
 
 
 def test_a_load_that_was_read_once_has_the_error_of_one_read() -> None:
@@ -175,6 +200,9 @@ def test_a_saved_reader_reads_the_same(tmp_path: Path, effects: tuple[str, ...])
     np.testing.assert_array_equal(one.mean, other.mean)
     np.testing.assert_array_equal(one.covariance, other.covariance)
     assert isinstance(bayestouch.load(tmp_path / "live.nc"), bayestouch.Calibration)
+    reader.rest(reader.rest_reading + 50.0)
+    reader.save(tmp_path / "moved.nc")
+    np.testing.assert_array_equal(Reader.load(tmp_path / "moved.nc").rest_reading, reader.rest_reading)
     calibration.save(tmp_path / "plain.nc")
     np.testing.assert_allclose(Reader.load(tmp_path / "plain.nc").read(values, load).mean, one.mean)
 
@@ -196,14 +224,27 @@ def test_bad_input_gives_one_line() -> None:
         (np.full(8, np.nan), "all readings are missing"),
         (np.where(np.arange(8) == 2, np.inf, values), "element 3 is infinite"),
         ("words", "expected numbers"),
+        (np.where(np.arange(8) == 2, 1e30, values), "element 3 is infinite or too large"),
     ):
         with pytest.raises(InputError, match=text):
             reader.read(wrong)
     with pytest.raises(InputError, match="load: expected a finite number"):
         reader.read(values, np.inf)
-    with pytest.raises(InputError, match="reads: expected at least 1"):
-        reader.read(values, reads=0)
+    for count in (0, np.inf, np.nan):
+        with pytest.raises(InputError, match="reads: expected at least 1"):
+            reader.read(values, reads=count)  # type: ignore[arg-type]
+    for name in ("load", "reads", "time_s"):
+        with pytest.raises(InputError, match=f"{name}: expected a number, got 'x'"):
+            reader.read(values, **{name: "x"})
+    with pytest.raises(InputError, match="a number is infinite"):
+        reader.rest(np.full(8, np.inf))
+    with pytest.raises(InputError, match="unknown parameter 'Q'"):
+        reader.read(values)["Q"]
+    reader.new_touch()
     reader.update(values, time_s=5.0)
+    with pytest.raises(InputError, match="expected 8 readings"):
+        reader.read(values[:-1])
+    assert "1 sample is held" in repr(reader)  # what is refused changes nothing
     with pytest.raises(InputError, match="not before 5 s"):
         reader.update(values, time_s=4.0)
     with pytest.raises(InputError, match="expected 8 elements"):
@@ -220,3 +261,31 @@ def test_effects_of_time_need_the_time() -> None:
     data, calibration = sensor("finger", (("creep", 0.05),), ("creep",))
     with pytest.raises(InputError, match="give the time of each sample"):
         Reader(calibration).update(data.touches.readings[0])
+
+
+def test_effects_that_count_in_touches_cannot_be_followed() -> None:
+    """Without times in the calibration their unit is the touch: `infer` counts the touches of a table, too."""
+    data, _ = sensor("finger", (("creep", 0.05),), ("creep",))
+    assert data.calibration is not None
+    timeless = [each.with_(time_s=np.full(each.n_rows, np.nan)) for each in (data.calibration, data.touches)]
+    data = replace(data, calibration=timeless[0], touches=timeless[1])
+    model = StatedModel("finger", "layer", (("creep", {}),))
+    calibration = bayestouch.calibrate(data, model=model, draws=64, seed=1)
+    with pytest.raises(InputError, match="its touches had no times"):
+        Reader(calibration)
+    rows = data.touches.select(data.touches.touch < data.touches.touch[0] + 3)
+    timed = rows.with_(time_s=np.arange(rows.n_rows) * 7.0)
+    one, other = (bayestouch.infer(each, calibration, check_sensor=False, draws=64, seed=2) for each in (rows, timed))
+    np.testing.assert_array_equal(one.posterior["P"], other.posterior["P"])
+    assert any("the touches of the calibration had no times" in each for each in other.notes)
+
+
+@pytest.mark.slow
+def test_a_pad_with_creep_counts_samples_that_it_does_not_use() -> None:
+    data, calibration = sensor("line", (("creep", 0.05),), ("creep",))
+    reader, table = Reader(calibration), data.touches
+    found = [reader.update(table.readings[row], table.load[row], time_s=float(row)) for row in range(3)]
+    assert calibration.settings["samples"] == "first"
+    assert [each.samples for each in found] == [1, 2, 3]
+    # The quadrature begins where the sample before ended.
+    np.testing.assert_allclose(found[0].mean, found[2].mean, rtol=1e-6)

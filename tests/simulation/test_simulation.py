@@ -224,8 +224,17 @@ def test_written_and_read_back(tmp_path: Path, format: str, design: FingerDesign
     assert truth["effects"] == {"outliers": 0.01}
     assert truth["effect_values"] == {"outliers.probability": 0.01, "outliers.size": 0.58}
     assert truth["gain"] == simulated.truth["gain"]
+    save_simulated(simulated, tmp_path / "blind")
     save_simulated(simulated, tmp_path / "blind", truth=False)
     assert not (tmp_path / "blind" / "truth.json").exists()
+
+
+def test_numbers_of_numpy_are_written(tmp_path: Path) -> None:
+    design = replace(QUIET_PAD, element_x_mm=np.array(QUIET_PAD.element_x_mm))
+    save_simulated(simulate(design, effects={"crosstalk": np.float32(0.04)}, seed=np.int64(3)), tmp_path)
+    truth = json.loads((tmp_path / "truth.json").read_text(encoding="utf-8"))
+    assert truth["seed"] == 3 and truth["effects"]["crosstalk"] == pytest.approx(0.04)
+    assert truth["design"]["element_x_mm"] == list(QUIET_PAD.element_x_mm)
 
 
 def test_marked_as_simulated() -> None:
@@ -250,6 +259,8 @@ def test_embedded_finger_is_small() -> None:
     ("arguments", "message"),
     [
         ({"seed": -1}, "seed: expected a whole number"),
+        ({"seed": 3.0}, "seed: expected a whole number"),
+        ({"effects": {"creep": "x"}}, "effect creep: expected a number"),
     ],
 )
 def test_bad_arguments(arguments: dict[str, object], message: str) -> None:
@@ -264,7 +275,11 @@ def test_bad_arguments(arguments: dict[str, object], message: str) -> None:
         (FingerDesign, {"samples_per_touch": 0}, "samples_per_touch"),
         (FingerDesign, {"noise_percent_peak": -1.0}, "noise_percent_peak"),
         (FingerDesign, {"load_range": (240.0, 160.0)}, "load_range"),
-        (FingerDesign, {"load_range": (0.0, 160.0)}, "lowest_load"),
+        (FingerDesign, {"load_range": (0.0, 160.0)}, "load_range"),
+        (FingerDesign, {"load_range": (100.0,)}, "load_range"),
+        (FingerDesign, {"n_elements": np.nan}, "n_elements"),
+        (FingerDesign, {"samples_per_touch": 2.0}, "samples_per_touch"),
+        (FingerDesign, {"core_radius_mm": 10.0}, "core_radius_mm < sensing_radius_mm"),
         (FingerDesign, {"edge_step_deg": 0.0}, "edge_step_deg"),
         (FingerDesign, {"touch_radii_mm": ()}, "touch_radii_mm"),
         (FingerDesign, {"touch_radii_mm": (-1.0,)}, "touch_radii_mm"),
@@ -272,6 +287,8 @@ def test_bad_arguments(arguments: dict[str, object], message: str) -> None:
         (PadDesign, {"thickness_mm": -2.0}, "thickness_mm"),
         (PadDesign, {"n_touches": 0}, "n_touches"),
         (PadDesign, {"load_range": (3.0, 1.0)}, "load_range"),
+        (PadDesign, {"element_y_mm": (0.0, 1.0)}, "element_y_mm: expected a finite place for each of 8 elements"),
+        (PadDesign, {"element_x_mm": (0.0, np.nan), "element_y_mm": None}, "element_x_mm"),
     ],
 )
 def test_impossible_designs(design: type, change: dict[str, object], name: str) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError
 
 # Knots in log(1 + κ/κ_s), spacing in θ_c (rad) and loads over the typical one. A peak is 4° wide, so that the error of
 # linear interpolation over half a degree is 1 % of the calibration's part of the covariance.
@@ -71,7 +72,15 @@ class CovarianceTable:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> CovarianceTable:
-        """The table from the result of `arrays`."""
+        """The table from the result of `arrays`.
+
+        Raises
+        ------
+        InputError
+            A part of the table is missing.
+        """
+        if missing := {"covariance_axes", "covariance", "covariance_loads"} - arrays.keys():
+            raise InputError(f"the tables of the live reader are damaged: {min(missing)} is missing")
         scale, step, first, spacing = np.asarray(arrays["covariance_axes"]).tolist()
         values = np.asarray(arrays["covariance"], dtype=np.float32)
         return cls(np.asarray(arrays["covariance_loads"]), scale, step, first, spacing, values)

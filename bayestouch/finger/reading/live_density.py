@@ -106,7 +106,8 @@ class OneTouch:
         """Readings (n, m) for R (mm), θ_c (rad) and P (N/m), all (n,)."""
         kappa = load * self.chain.effective_radius(radius, angle)
         kappa *= self.per_modulus
-        rows = self.table(kappa, angle)
+        # Points of the quadrature may have a load below zero.
+        rows = self.table(np.maximum(kappa, 0.0, out=kappa), angle)
         rows *= load.astype(np.float32)[:, None]
         if self.chain.finite_strain:
             rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)

@@ -15,7 +15,7 @@ from bayestouch.finger.reading.effects import EffectContext, timed_rows
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_drift import DriftFilter
 from bayestouch.finger.reading.true_load import TrueLoads, changes_load, true_loads
-from bayestouch.reading.live import HeldTouch
+from bayestouch.reading.live import HeldTouch, require_seconds
 
 # Number of earlier touches whose influence on the present one is computed.
 REMEMBERED = 24
@@ -88,6 +88,8 @@ class FingerStream:
         drifts = [(drift, chain.values[drift.name]) for drift in chain.listed.drifts]
         self.drifts = DriftFilter.of(drifts, chain.model.n_elements) if drifts else None
         self.needs_time = bool(len(self.rows) or drifts)
+        if self.needs_time:
+            require_seconds(chain.listed.setting.time_unit)
         self.corrects_load = changes_load(chain)
         self.found: Found | None = None
         self._earlier: list[tuple[float, float, FloatArray]] = []

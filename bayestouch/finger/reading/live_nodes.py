@@ -20,6 +20,8 @@ from bayestouch.finger.reading.live_density import OneTouch
 MOST_STEPS, SETTLED = 12, 0.7
 # Difference of log probability from the most probable indenter at which an indenter is negligible.
 NEGLIGIBLE = 12.0
+# Largest sd of the location over the width of its prior: so at most one of the outer points, at 1.73 sd, is beyond it.
+WIDEST = 0.28
 # Centre, and both neighbours in location (rad) and in load (in steps).
 _ANGLES, _LOADS = ANGLE_STEP * np.array([0.0, 1, -1, 0, 0]), np.array([0.0, 0, 0, 1, -1])
 
@@ -69,8 +71,9 @@ def nodes_of(touch: OneTouch, radius: FloatArray, log_prior: FloatArray, angle: 
     (angle, load), curvature = _conditional_modes(touch, radius, log_prior, angle, load)
     c11, c12, c22 = curvature
     determinant = c11 * c22 - c12 * c12
-    l11 = np.sqrt(c22 / determinant)
-    l21, l22 = -c12 / (determinant * l11), 1 / np.sqrt(c22)
+    low, high, *_ = touch.ends
+    exact = np.sqrt(c22 / determinant)
+    l11, l21, l22 = np.minimum(exact, WIDEST * (high - low)), -c12 / (determinant * exact), 1 / np.sqrt(c22)
     z1, z2 = _Z1[:, None], _Z2[:, None]
     angles, loads = angle + l11 * z1, load + l21 * z1 + l22 * z2
     log = touch.log_density(np.tile(radius, _N), angles.ravel(), loads.ravel()).reshape(_N, -1) + _LOG_WEIGHT[:, None]
@@ -86,7 +89,7 @@ def nodes_of(touch: OneTouch, radius: FloatArray, log_prior: FloatArray, angle: 
     with np.errstate(divide="ignore"):
         log_evidence = np.log(total) + top
     rise = log_evidence - log[_N // 2] + _LOG_WEIGHT[_N // 2] - np.log(2 * np.pi)
-    return Nodes(radius, log_prior + log_evidence - 0.5 * np.log(determinant), rise, mean, covariance)
+    return Nodes(radius, log_prior + log_evidence + np.log(l11 * l22), rise, mean, covariance)
 
 
 def _conditional_modes(

@@ -12,7 +12,7 @@ from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_nodes import Nodes, nodes_of
 from bayestouch.priors.parameters import Prior
 from bayestouch.priors.radius import RadiusOfTips
-from bayestouch.reading.live import LEVELS, LiveTouch
+from bayestouch.reading.live import AT_AN_END, CLOSE, LEVELS, LiveTouch
 from bayestouch.reading.mixtures import finer, mixture_quantiles
 from bayestouch.results.tips import ROUND
 
@@ -26,12 +26,11 @@ ROUNDED = 1e-9
 # of the new grid, in sd from the mean.
 LEFT_OUT, CROWDED, AGAIN = 2e-3, 0.6, 6.5
 # Flags: probability of a worse misfit; logarithm of an integral over that of its normal approximation, mean over the
-# indenters; distance of the mean from an end of a prior, sd.
-IMPROBABLE, BENT, CLOSE = 1e-4, 0.3, 3.0
+# indenters.
+IMPROBABLE, BENT = 1e-4, 0.3
 MISFIT = "the readings fit no touch of this sensor"
 CUT = "part of the posterior of R is outside the grid"
 NOT_NORMAL = "location and load are not nearly normal for a given indenter"
-AT_AN_END = "the location or the load is at an end of its prior"
 NAMES, UNITS = ("R", "theta_c", "P"), ("mm", "degree", "N/m")
 _DEGREE = 180 / np.pi
 
