@@ -64,7 +64,8 @@ def test_numbers_are_those_of_the_held_out_touches(tmp_path: Path, monkeypatch: 
     place = np.concatenate([fitted.location, read.location[0::2]])
     load = np.concatenate([fitted.load, read.load[0::2]])
     known = RegressionTouches(place, load, np.concatenate([fitted.readings, read.readings[0::2]]) / peak)
-    held = RegressionTouches(read.location[1::2], read.load[1::2], read.readings[1::2] / peak)
+    reads = read.reads_of_load[1::2]
+    held = RegressionTouches(read.location[1::2], read.load[1::2], read.readings[1::2] / peak, reads)
     assert held.load is not None and found["data"]["held_out_touches"] == len(held.load) == DESIGN.n_touches // 2
     for way, row in zip((gaussian_process, polynomial), found["baselines"], strict=True):
         regression = way(known)

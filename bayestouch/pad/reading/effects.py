@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import softmax
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.known_touches import prior_of_loads
 from bayestouch.pad.reading.reader import PadReader
+from bayestouch.sampling.pareto import systematic_resample
 from bayestouch.sampling.streams import BlockStreams
 
 # Purpose number of the random streams, see `BlockStreams`.
@@ -59,9 +61,8 @@ def with_true_loads(
     shape, unknown = acting.shape[:2], np.flatnonzero(np.isnan(measured))
     # Numbers in a table may be negative, those of streams may not.
     streams = BlockStreams(seed, numbers[unknown].astype(np.uint64), PURPOSE)
-    for t, uniform in zip(unknown, streams.uniform(int(np.prod(shape))), strict=True):
-        share = np.cumsum(np.exp(log[..., t] - log[..., t].max()).ravel())
-        chosen = np.minimum(np.searchsorted(share, uniform * share[-1], side="right"), len(share) - 1)
+    weights = softmax(np.moveaxis(log[..., unknown], -1, 0).reshape(len(unknown), acting[..., 0].size), axis=1)
+    for t, chosen in zip(unknown, systematic_resample(weights, weights.shape[1], streams.uniform(1)), strict=True):
         for draws in out.values():
             draws[..., t] = draws[..., t].ravel()[chosen].reshape(shape)
     return out
