@@ -12,9 +12,9 @@ from typing import Any
 
 from bayestouch.errors import InputError
 
-PAGE, NUMBERS = "index.html", "report.json"
-#: Files that list the figures of a folder: of a report, or of a diagnosis.
-LISTS = (NUMBERS, "diagnosis.json")
+PAGE, NUMBERS, COMPARED = "index.html", "report.json", "comparison.json"
+#: Files that list the figures of a folder: of a report, of a comparison, or of a diagnosis.
+LISTS = (NUMBERS, COMPARED, "diagnosis.json")
 
 
 @contextmanager

@@ -276,29 +276,30 @@ def test_notes_are_sentences_and_indenters_counted(calibration: Calibration) -> 
     ]
 
 
-def write_old_report(folder: Path) -> None:
+def write_old_report(folder: Path, numbers: str = "report.json") -> None:
     (folder / "figures").mkdir(parents=True)
     for name in ("kept.svg", "stale.svg", "own.svg"):
         (folder / "figures" / name).write_text("old")
     listed_figures = [{"file": "figures/kept.svg"}, {"file": "figures/stale.svg"}]
-    (folder / "report.json").write_text(json.dumps({"figures": listed_figures}))
+    (folder / numbers).write_text(json.dumps({"figures": listed_figures}))
     (folder / "notes.txt").write_text("mine")
 
 
-def test_folder_is_replaced_file_by_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("numbers", ["report.json", "comparison.json", "diagnosis.json"])
+def test_folder_is_replaced_file_by_file(tmp_path: Path, numbers: str) -> None:
     output = tmp_path / "report"
-    write_old_report(output)
+    write_old_report(output, numbers)
     with new_folder(output) as folder:
         (folder / "figures").mkdir()
         (folder / "figures" / "kept.svg").write_text("new")
-        (folder / "report.json").write_text(json.dumps({"figures": [{"file": "figures/kept.svg"}]}))
+        (folder / numbers).write_text(json.dumps({"figures": [{"file": "figures/kept.svg"}]}))
         assert (output / "figures" / "kept.svg").read_text() == "old"
     assert (output / "figures" / "kept.svg").read_text() == "new"
     # The user's own files stay, also among the figures; only figures that the old report listed are removed.
     assert {path.name for path in output.rglob("*") if path.is_file()} == {
         "kept.svg",
         "own.svg",
-        "report.json",
+        numbers,
         "notes.txt",
     }
     assert [path.name for path in tmp_path.iterdir()] == ["report"]

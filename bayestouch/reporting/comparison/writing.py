@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bayestouch.output.files import PAGE, write_numbers, write_pictures, write_text
+from bayestouch.output.files import COMPARED, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.output.pictures import Picture, canvas, drawing, element_ticks, rendered
 from bayestouch.reporting.comparison.plots import by_parameter, draw_parameter
 from bayestouch.reporting.page import new_environment
-
-NUMBERS = "comparison.json"
 
 
 def write_comparison(numbers: dict[str, Any], folder: Path) -> None:
@@ -19,7 +17,7 @@ def write_comparison(numbers: dict[str, Any], folder: Path) -> None:
     pictures = () if picture is None else (picture,)
     numbers["figures"] = [each.described for each in pictures]
     write_pictures(folder, pictures)
-    write_numbers(folder / NUMBERS, numbers)
+    write_numbers(folder / COMPARED, numbers)
     environment = new_environment(numbers, pictures)
     write_text(folder / PAGE, environment.get_template("comparison.html").render())
 
