@@ -18,6 +18,9 @@ SAMPLES = ("auto", "mean", "first", "last")
 _CREEP_SIGNIFICANCE = 4.0
 # Loads vary if their range is above this share of their median.
 LOADS_VARY = 0.2
+# Inverse variance of an intercept over that of a reading, from which it is used: two loads at one location that differ
+# by a third.
+LEAST_SPREAD = 0.04
 
 
 def loads_vary(load: FloatArray) -> bool:
@@ -123,6 +126,28 @@ def location_spacing(location: FloatArray) -> float:
     if location.shape[1] == 1:
         return float(extent[0] / max(len(distinct) - 1, 1))
     return float(np.sqrt(extent.prod() / max(len(distinct), 1)))
+
+
+def readings_without_load(known: TouchMeans) -> FloatArray:
+    """Reading of each element without touch, (m,), from readings from which no rest reading was subtracted.
+
+    It is the common intercept of straight lines over the load, with a slope for each location. Where loads do not vary
+    at any location, it is the median reading: most locations are far from an element then. NaN without readings.
+    """
+    _, group = np.unique(known.location, axis=0, return_inverse=True)
+    out = np.full(known.n_elements, np.nan)
+    for element, column in enumerate(known.readings.T):
+        here = np.isfinite(column) & np.isfinite(known.load)
+        place, load, reading = np.asarray(group).ravel()[here], known.load[here], column[here]
+        size = np.maximum(np.bincount(place, weights=load**2), 1e-300)
+        # What the load leaves of a constant and of the readings, with a slope for each location.
+        by_load = load * (np.bincount(place, weights=load) / size)[place]
+        left = 1 - by_load
+        if len(left) and left.sum() > LEAST_SPREAD:
+            out[element] = float(left @ reading) / float(left.sum())
+        elif np.isfinite(column).any():
+            out[element] = float(np.nanmedian(column))
+    return out
 
 
 def highest_reading_location(known: TouchMeans) -> FloatArray:

@@ -15,7 +15,7 @@ from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.errors import InputError, nearest
-from bayestouch.pad.known_touches import highest_reading_location
+from bayestouch.pad.known_touches import highest_reading_location, readings_without_load
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, Uniform, moved, truncated
 from bayestouch.priors.stated import check_holds
 from bayestouch.results.keys import STATED_PRIORS
@@ -229,7 +229,8 @@ def pad_priors(
         raise InputError("no element responds: every one's readings are missing or all the same")
     amplitude = np.where(usable, amplitude, np.nanmedian(amplitude))
     # Without touch a reading is the offset, whatever the load: divided by loads that vary, it would be a signal.
-    peaks = highest_reading_location(replace(known, readings=known.readings - offset)) - nominal
+    at_rest = np.zeros(len(nominal)) if rest_subtracted else readings_without_load(known)
+    peaks = highest_reading_location(replace(known, readings=known.readings - at_rest)) - nominal
     shift = np.median(peaks[usable], axis=0)
     off = np.sqrt(((peaks - shift) ** 2).sum(axis=1))
     named = " and ".join(f"{value:+.1f} mm in {axis}" for value, axis in zip(shift, COORDINATES, strict=False))

@@ -1,4 +1,4 @@
-"""Which samples of a touch on a pad count."""
+"""Which samples of a touch on a pad count, and what an element reads without load."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayestouch.data.touches import touches_from
-from bayestouch.pad.known_touches import choose_samples
+from bayestouch.pad.known_touches import choose_samples, readings_without_load
 
 
 @pytest.mark.parametrize("silent", [0.0, np.nan])
@@ -19,3 +19,17 @@ def test_an_element_without_a_signal_hides_no_creep(silent: float) -> None:
     samples, why = choose_samples(touches)
     assert samples == "first"
     assert "+4.88%" in why and "nan" not in why
+
+
+@pytest.mark.parametrize("repeated", [True, False])
+def test_readings_without_load(repeated: bool) -> None:
+    """A slope for each place and one offset; where each place is touched once, most places are far from an element."""
+    rng = np.random.default_rng(4)
+    place = np.repeat(np.arange(12.0), 3) if repeated else np.arange(36.0)
+    load = rng.uniform(1.0, 6.0, 36)
+    slope = np.array([[9.0], [4.0]]) * (np.abs(place - np.array([[3.0], [8.0]])) < 2.5)
+    offset = np.array([1000.0, -20.0])
+    known = touches_from(
+        x_mm=place, load=load, readings=offset + (slope * load).T, touch=np.arange(36), indenter_radius_mm=np.ones(36)
+    ).averaged()
+    np.testing.assert_allclose(readings_without_load(known), offset, rtol=1e-12)
