@@ -135,8 +135,7 @@ def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatA
         first, second = first + one.drifted, second + two.drifted
     model, vector = models[0]
     load_sd = np.full(observed.n_touches, float(np.median(one.noise.load_sd)))
-    signal = first - model.zero(vector)
-    whitening = Whitening.of(observed, one.noise.with_(load_sd=load_sd), signal, model.by_load(vector))
+    whitening = Whitening.of(observed, one.noise.with_(load_sd=load_sd), first, model.by_load(vector))
     spread = [_uncertainty(whitening, each, pair) for each, pair in zip((one, two), models, strict=True)]
     return whitening.touches(first - second), np.concatenate(spread)
 

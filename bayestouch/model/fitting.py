@@ -210,8 +210,7 @@ def fit(
     margin = 1e-9 * np.where(np.isfinite(high - low), high - low, 1.0)
     vector = np.clip(start, low + margin, high - margin)
     if whitening is None:
-        signal = model.predict(vector).touches - model.zero(vector)
-        whitening = Whitening.of(model.known, noise, signal, model.by_load(vector))
+        whitening = Whitening.of(model.known, noise, model.predict(vector).touches, model.by_load(vector))
     low, high = low + margin, high - margin
     functions = functions_of(model, vector, whitening, drifts, further)
     for left in reversed(range(FOLLOWED)):

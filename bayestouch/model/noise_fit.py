@@ -44,11 +44,10 @@ def _touch_size(fitted: Fitted, noise: NoiseModel) -> float:
     model, vector = fitted.model, fitted.vector
     predicted, by_load = model.predict(vector).touches, model.by_load(vector)
     residual = model.known.means.readings - predicted - fitted.drifted
-    signal = predicted - model.zero(vector)
 
     def log_likelihood(size: float) -> float:
         return normal_log_density(
-            Whitening.of(model.known, _with_touch_size(noise, size), signal, by_load).root, residual
+            Whitening.of(model.known, _with_touch_size(noise, size), predicted, by_load).root, residual
         )
 
     return float(TOUCH_SIZES[int(np.argmax([log_likelihood(size) for size in TOUCH_SIZES]))])

@@ -101,7 +101,7 @@ class TouchScatter(Scatter):
         touch = observed.row_touch[rows]
         return cls(
             z=z / size,
-            signal=(predicted.touches[touch] - model.zero(fitted.vector)) / model.peak,
+            signal=predicted.touches[touch] / model.peak,
             sd=size * fitted.noise.sd / model.peak,
             peak=model.peak / model.peak.mean(),
             weight=share,

@@ -47,16 +47,16 @@ def held_out(
     measured = np.isfinite(observed.load)
     noise = fitted.noise.with_(load_sd=np.where(measured, one_load / np.sqrt(means.reads_of_load), model.load))
     by_load = model.by_load(shown.vector)
-    signal = predicted - model.zero(shown.vector)
-    whitening = Whitening.of(observed, noise, signal, by_load)
+    whitening = Whitening.of(observed, noise, predicted, by_load)
     residual = means.readings - predicted
     present = whitening.present
     recording = model.poses(shown.vector)
     places = [axis for axis in (means.x_mm, means.y_mm) if axis is not None]
     changing = 0.0 if prediction.samples is None else prediction.samples
     by_sample = residual[rows] + observed.deviation - changing
+    signal = (predicted - model.chain(shown.vector).offset) / peak
     of_load = by_load * noise.load_sd[:, None]
-    noise_sd = np.sqrt(noise.variance(signal[rows], observed.weight[:, None]) + of_load[rows] ** 2) / peak
+    noise_sd = np.sqrt(noise.variance(predicted[rows], observed.weight[:, None]) + of_load[rows] ** 2) / peak
     return HeldOut(
         observed=observed,
         residual=np.where(present, residual, np.nan) / peak,
@@ -65,7 +65,7 @@ def held_out(
         design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
         reference={**dict(zip(("x", "y"), recording.place, strict=False)), "P": observed.load},
         stated={**dict(zip(("x", "y"), places, strict=False)), "P": observed.load},
-        quantities=quantities(observed, model.element_place, recording.place, observed.load, signal / peak, peak),
+        quantities=quantities(observed, model.element_place, recording.place, observed.load, signal, peak),
         noise_sd=np.where(measured[rows, None], noise_sd, np.nan),
         load_free=free_load(whitening, of_load, measured),
         log_volume=whitening.log_volume,

@@ -113,7 +113,7 @@ def test_advice_of_the_first_round_that_is_undecided(monkeypatch: pytest.MonkeyP
 
 
 class Line:
-    """A model whose touches read 7 + vector · place, of which 7 is no signal."""
+    """A model whose touches read vector · place."""
 
     def __init__(self, known: Any) -> None:
         self.known = known
@@ -122,10 +122,7 @@ class Line:
         return Line(known)
 
     def predict(self, vector: np.ndarray) -> Any:
-        return SimpleNamespace(touches=7.0 + vector[0] * self.known.place[:, None])
-
-    def zero(self, vector: np.ndarray) -> np.ndarray:
-        return np.array([7.0])
+        return SimpleNamespace(touches=vector[0] * self.known.place[:, None])
 
     def derivatives(self, vector: np.ndarray) -> tuple[np.ndarray, None]:
         return self.known.place[None, :, None], None
@@ -138,11 +135,9 @@ def test_separation_of_two_models(monkeypatch: pytest.MonkeyPatch) -> None:
     """Differences over the noise, and what one standard deviation of either slope does to them."""
     known = SimpleNamespace(place=np.array([1.0, 3.0]), n_touches=2)
     seen: list[np.ndarray] = []
-    signals: list[list[float]] = []
 
     def whitening(observed: Any, noise: Any, first: np.ndarray, by_load: np.ndarray) -> Any:
         seen.append(noise.load_sd)
-        signals.append(first[:2, 0].tolist())
         return SimpleNamespace(touches=lambda rows: rows / 0.5)
 
     monkeypatch.setattr(measure, "Whitening", SimpleNamespace(of=whitening))
@@ -163,7 +158,6 @@ def test_separation_of_two_models(monkeypatch: pytest.MonkeyPatch) -> None:
     other = SimpleNamespace(place=np.array([1.0, 3.0, 4.0]), n_touches=3)
     apart, _ = measure.separation(one, two, other)  # type: ignore[arg-type]
     np.testing.assert_allclose(apart[:, 0], [-6.0, -18.0, -24.0])
-    np.testing.assert_allclose(signals, [[12.0, 16.0], [2.0, 6.0]])
     # Two parameters: rows of the root, one direction each.
     root = np.array([[2.0, 0.0], [1.0, 3.0]])
     pair = (SimpleNamespace(derivatives=lambda vector: (np.array([[[1.0]], [[10.0]]]), None)), None)

@@ -86,10 +86,7 @@ def test_size_of_what_a_whole_touch_shares(shift: float) -> None:
         row_touch=np.zeros(0, dtype=int), weight=np.zeros(0), deviation=np.zeros((0, 2)), means=means
     )
     model = SimpleNamespace(
-        known=empty,
-        predict=lambda vector: SimpleNamespace(touches=predicted),
-        by_load=lambda vector: np.zeros((3, 2)),
-        zero=lambda vector: np.zeros(2),
+        known=empty, predict=lambda vector: SimpleNamespace(touches=predicted), by_load=lambda vector: np.zeros((3, 2))
     )
     given: Any = SimpleNamespace(model=model, vector=None, drifted=drifted)
     noise = NoiseModel(SD, np.ones(3), PEAK, AddedNoise(common=0.002))

@@ -27,14 +27,12 @@ class Wider(NoiseEffect):
 
 
 def fitted(deviation: list[list[float]], touch: list[int], samples: Any = None) -> Any:
-    """Touches with these deviations; noise 2, peaks 10 and 30, predictions 6 and 7, of which 1 is no signal."""
+    """Touches with these deviations; noise 2, peaks 10 and 30, predictions 5 and 6."""
     row = np.array(touch)
     n_touches = int(row.max()) + 1
     known = SimpleNamespace(row_touch=row, n_touches=n_touches, deviation=np.array(deviation))
-    predicted = Predicted(np.array([[6.0, 7.0]] * n_touches), samples)
-    model = SimpleNamespace(
-        known=known, predict=lambda vector: predicted, peak=np.array([10.0, 30.0]), zero=lambda vector: np.ones(2)
-    )
+    predicted = Predicted(np.array([[5.0, 6.0]] * n_touches), samples)
+    model = SimpleNamespace(known=known, predict=lambda vector: predicted, peak=np.array([10.0, 30.0]))
     whitening = SimpleNamespace(samples=lambda rows: np.nan_to_num(rows) / 2)
     return SimpleNamespace(
         model=model, vector=None, whitening=whitening, noise=SimpleNamespace(sd=np.array([2.0, 2.0]))

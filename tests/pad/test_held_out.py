@@ -34,7 +34,7 @@ def test_uncertainty_of_held_out_touches_is_that_of_their_means(monkeypatch: pyt
     )
 
     def variance(signal: np.ndarray, weight: np.ndarray) -> np.ndarray:
-        return 0.01 * signal**2
+        return np.full(signal.shape, 0.01)
 
     model: Any = SimpleNamespace(
         observing=lambda rows: model,
@@ -43,7 +43,7 @@ def test_uncertainty_of_held_out_touches_is_that_of_their_means(monkeypatch: pyt
         load=np.ones(2),
         by_load=lambda vector: np.ones((2, 1)),
         poses=lambda vector: SimpleNamespace(place=(np.zeros(2),)),
-        zero=lambda vector: np.array([0.4]),
+        chain=lambda vector: SimpleNamespace(offset=0.0),
         derivatives=lambda vector: (of_touches, of_samples),
         element_place=(np.zeros(1),),
     )
@@ -65,6 +65,5 @@ def test_uncertainty_of_held_out_touches_is_that_of_their_means(monkeypatch: pyt
     np.testing.assert_allclose(found.residual, [[0.0], [1.0]])
     # One reading of the load errs by the median of 0.1 and 0.1 √3; the second touch has three.
     one = 0.05 * (1 + np.sqrt(3))
-    # The noise is in proportion to the signal, which the zero of 0.4 is no part of.
-    wanted = np.sqrt(0.01 * np.array([0.6, 1.1]) ** 2 + one**2 / np.array([1.0, 3.0])) / 0.5
+    wanted = np.sqrt(0.01 + one**2 / np.array([1.0, 3.0])) / 0.5
     np.testing.assert_allclose(found.noise_sd[:, 0], np.repeat(wanted, 3))
