@@ -146,9 +146,9 @@ def gaussian_process(known: RegressionTouches, seed: int = 0) -> Regression:
     order = np.random.default_rng(seed).permutation(len(known.inputs))
 
     def one(element: int) -> tuple[OfElement, float]:
-        seen = np.isfinite(known.readings[:, element])
-        if seen.sum() < _fewest(known) or np.ptp(known.readings[seen, element]) == 0:
+        if not _can_be_fitted(known, element):
             return _unknown, np.nan
+        seen = np.isfinite(known.readings[:, element])
         x, y = ((known.inputs - centre) / scale)[seen], known.readings[seen, element]
         kernel = ConstantKernel(1.0, (1e-4, 1e6)) * Matern([0.5] * x.shape[1], (1e-2, 1e2), nu=2.5)
         kernel = kernel + WhiteKernel(1e-3, (1e-8, 1.0))
@@ -192,9 +192,9 @@ def polynomial(known: RegressionTouches) -> Regression:
     from sklearn.preprocessing import MinMaxScaler, PolynomialFeatures, StandardScaler
 
     def one(element: int) -> tuple[OfElement, float]:
-        seen = np.isfinite(known.readings[:, element])
-        if seen.sum() < _fewest(known) or np.ptp(known.readings[seen, element]) == 0:
+        if not _can_be_fitted(known, element):
             return _unknown, np.nan
+        seen = np.isfinite(known.readings[:, element])
         x, y = known.inputs[seen], known.readings[seen, element]
         tried: list[tuple[float, Any]] = []
         for degree in DEGREES:
@@ -230,9 +230,11 @@ def _terms(known: RegressionTouches, degree: int) -> int:
     return comb(known.inputs.shape[1] + degree, degree)
 
 
-def _fewest(known: RegressionTouches) -> int:
-    """Readings of an element that a regression needs: twice the terms of a plane, and one in each fold."""
-    return max(2 * _terms(known, 1), FOLDS)
+def _can_be_fitted(known: RegressionTouches, element: int) -> bool:
+    """Whether an element has enough readings: twice the terms of a plane, one in each fold, and not all the same."""
+    column = known.readings[:, element]
+    read = column[np.isfinite(column)]
+    return bool(len(read) >= max(2 * _terms(known, 1), FOLDS) and np.ptp(read) > 0)
 
 
 def _unknown(inputs: FloatArray) -> tuple[FloatArray, FloatArray]:

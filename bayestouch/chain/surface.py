@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -86,6 +87,5 @@ def _ends(knots_deg: tuple[float, ...]) -> tuple[float, float]:
 
 def _within(knots_deg: tuple[float, ...], angle: FloatArray) -> FloatArray:
     """Places (...) in degree, not farther than the ends, from places in rad of any number of turns."""
-    degrees, (first, last) = np.degrees(angle), _ends(knots_deg)
-    off = degrees - 0.5 * (first + last)
-    return np.clip(np.where(np.abs(off) > 180, degrees - 360 * np.round(off / 360), degrees), first, last)
+    first, last = _ends(knots_deg)
+    return np.clip(nearest_turn(np.degrees(angle), 0.5 * (first + last)), first, last)

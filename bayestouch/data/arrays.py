@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bayestouch.array_types import FloatArray, IntArray, ObjectArray
+from bayestouch.array_types import BoolArray, FloatArray, FloatOrArray, IntArray, ObjectArray
 from bayestouch.errors import InputError, shown
 
 #: Upper limit of ids: integers below it are exact in double precision.
@@ -29,12 +29,23 @@ def quantiles(draws: FloatArray, probabilities: Sequence[float], axis: int | tup
     return np.where(finite, between, np.quantile(draws, probabilities, axis=axis, method="inverted_cdf"))
 
 
+def responding(readings: FloatArray) -> BoolArray:
+    """Elements (m,) whose readings (n, m) differ, or that have only one; NaN missing.
+
+    An element without readings, or with the same one throughout, is dead: touches do not change what it reads.
+    """
+    some = ~np.isnan(readings)
+    largest = np.where(some, readings, -np.inf).max(axis=0, initial=-np.inf)
+    least = np.where(some, readings, np.inf).min(axis=0, initial=np.inf)
+    return np.asarray((largest > least) | (some.sum(axis=0) == 1))
+
+
 def turned(degrees: npt.ArrayLike) -> FloatArray:
     """Differences of angles, in degree, as the shorter way around the circle: from -180 to below 180."""
     return np.asarray((np.asarray(degrees, dtype=np.float64) + 180) % 360 - 180)
 
 
-def nearest_turn(degrees: FloatArray, to: FloatArray) -> FloatArray:
+def nearest_turn(degrees: FloatArray, to: FloatOrArray) -> FloatArray:
     """Angles in degree, with as many whole turns added as bring them nearest to other angles.
 
     Angles that are within half a turn of the others are unchanged to the bit; one that is not finite becomes NaN.

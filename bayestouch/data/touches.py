@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
-from bayestouch.data.arrays import float_array, text_rows, whole_array
+from bayestouch.data.arrays import float_array, responding, text_rows, whole_array
 from bayestouch.errors import InputError, few
 from bayestouch.output.summary import Summarised, size_in_short, span
 from bayestouch.output.text import plural
@@ -134,11 +134,7 @@ class Touches(Summarised):
     @property
     def usable_elements(self) -> BoolArray:
         """True for usable elements, shape (m,): False without readings, or if two or more readings are all equal."""
-        some = ~np.isnan(self.readings)
-        varies = np.array(
-            [np.ptp(v[s]) > 0 if s.any() else False for v, s in zip(self.readings.T, some.T, strict=True)]
-        )
-        return np.asarray(some.any(axis=0) & (varies | (some.sum(axis=0) == 1)), dtype=np.bool_)
+        return responding(self.readings)
 
     def select(self, rows: npt.ArrayLike | slice) -> Touches:
         """Return the rows that a mask of shape (n,), indices or a slice select."""

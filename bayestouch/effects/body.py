@@ -11,6 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.body.finite_strain import is_tabulated
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
@@ -79,7 +80,7 @@ class SoftSpot(Effect):
             growth = np.minimum(load ** centre.pop(), MOST)
         away = [place - c for place, c in zip(recording.place, centre, strict=True)]
         if self.around:
-            away = [each - 360 * np.round(each / 360) for each in away]
+            away = [nearest_turn(each, 0.0) for each in away]
         squares = np.sum([each**2 for each in away], axis=0)
         return np.asarray(recording.signal * (1 + share * growth * bell(squares / width**2, tails))[:, None])
 

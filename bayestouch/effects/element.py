@@ -14,6 +14,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.element_weight import ElementWeight
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
+from bayestouch.data.arrays import turned
 from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
@@ -215,7 +216,7 @@ class Proximity(Effect):
         height: FloatArray | float = share
         if looser:
             height = share + looser.pop() * bluntness(recording.indenter_radius_mm, self.outer_mm)[:, None]
-        turn = (recording.element_place[0] - recording.place[0][:, None] + 180) % 360 - 180
+        turn = turned(recording.element_place[0] - recording.place[0][:, None])
         size = recording.peak * (np.maximum(recording.load, 0.0) / recording.reference_load)[:, None] ** power
         return np.asarray(recording.signal + height * of_elements(looser) * size * bell((turn / width) ** 2, tails))
 

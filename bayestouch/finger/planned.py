@@ -11,6 +11,7 @@ from scipy.linalg import block_diag
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
+from bayestouch.data.arrays import responding
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches
@@ -25,7 +26,6 @@ from bayestouch.model.planned import (
     Group,
     PlannedReadings,
     PlannedTouches,
-    alive_elements,
     one_row_each,
     planned_table,
     with_load_error,
@@ -92,7 +92,7 @@ def touch_slopes(predict: Predict, radius_mm: FloatArray, angle: FloatArray, loa
 def _parameters(calibration: Calibration, d: int) -> tuple[Group, ...]:
     """σ, μ and the depths of the elements that have readings, as functions of d unknowns."""
     m = calibration.sensor.n_elements
-    alive = np.flatnonzero(alive_elements(calibration.rows.observed))
+    alive = np.flatnonzero(responding(calibration.rows.observed))
     eye = np.eye(d)
     # The unknown is log μ.
     mu = float(calibration.mode["mu"]) * eye[3 * m + 1 : 3 * m + 2]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.data.touches import Touches
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.held_out import HeldOut
@@ -80,7 +81,7 @@ def errors_by_touch(
         Stated radius of the tip, mm: only intervals of round tips count.
     """
     error = {name: estimate[name] - reference[name] for name in ("R", "theta_c", "P")}
-    error["theta_c"] = error["theta_c"] - 360 * np.round(error["theta_c"] / 360)
+    error["theta_c"] = nearest_turn(error["theta_c"], 0.0)
     inside = ((low <= reference["R"]) & (reference["R"] <= high)).astype(float)
     return {
         "R_bias_mm": error["R"],

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.array_types import BoolArray, FloatArray, IntArray
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.arrays import responding
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
@@ -136,7 +137,7 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
             raise InputError("a planned touch needs its location", column=column)
     if (table.load < 0).any():
         raise InputError("expected loads above zero", column=body.load_column)
-    alive = alive_elements(rows.observed)
+    alive = responding(rows.observed)
     readings = np.tile(np.where(alive, 0.0, np.nan), (table.n_rows, 1))
     means = table.with_(readings=readings, readings_sd=None).averaged()
     if means.n_touches == 0:
@@ -145,17 +146,6 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
     others = dict.fromkeys(set(PLACES) - set(body.location_columns))
     load = np.where(np.isnan(means.load), usual, means.load)
     return one_row_each(means, touch=np.arange(means.n_touches), load=load, **others).averaged()
-
-
-def alive_elements(observed: FloatArray) -> BoolArray:
-    """Elements (m,) whose mean readings (t, m) of the calibration differ.
-
-    An element without readings, or with the same reading in every touch, is dead: touches do not change what it reads.
-    """
-    some = np.isfinite(observed)
-    largest = np.where(some, observed, -np.inf).max(axis=0, initial=-np.inf)
-    least = np.where(some, observed, np.inf).min(axis=0, initial=np.inf)
-    return np.asarray((largest > least) | (some.sum(axis=0) == 1))
 
 
 def one_row_each(means: TouchMeans, **changed: Any) -> Touches:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import responding
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
-from bayestouch.model.planned import alive_elements
 from bayestouch.results.objects import Calibration
 
 # Number of places along a line, and along each side of a plane.
@@ -96,7 +96,7 @@ def touches_to_read(calibration: Calibration) -> Touches:
     touches may calibrate, but cannot be read well.
     """
     rows = calibration.rows
-    alive = alive_elements(rows.observed)
+    alive = responding(rows.observed)
     load = np.where(np.isfinite(rows.load), rows.load, 1.0)[:, None]
     size = np.abs(rows.observed[:, alive] - np.nanmedian(rows.observed[:, alive], axis=0)) / load
     largest = np.nanargmax(size, axis=0)

@@ -113,7 +113,9 @@ def sbc(
     """
     if simulations < 5 * BINS:
         raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
-    if draws is not None and draws <= RANKED:
+    if draws is None:
+        draws = 400 if isinstance(of, DataSet) else 1024
+    if draws <= RANKED:
         # A rank is among this number of draws, each of which counts once.
         raise InputError(f"draws: expected at least {RANKED + 1}, got {draws}")
     if isinstance(of, DataSet):
@@ -127,9 +129,9 @@ def sbc(
                 raise InputError("priors and contact are options of a finger's calibration, kernel of a pad's")
             from bayestouch.simulation_based_calibration.pads import PadCalibrationDesign
 
-            pad = PadCalibrationDesign.of(of, kernel, 400 if draws is None else draws, seed, effects)
+            pad = PadCalibrationDesign.of(of, kernel, draws, seed, effects)
             return check_calibration(pad, simulations, progress, scheduler)
-        design = CalibrationDesign.of(of, priors or {}, contact, 400 if draws is None else draws, seed, effects)
+        design = CalibrationDesign.of(of, priors or {}, contact, draws, seed, effects)
         return check_calibration(design, simulations, progress, scheduler)
     if priors or contact != "layer" or effects or kernel is not None or scheduler is not None:
         raise InputError(
@@ -143,8 +145,7 @@ def sbc(
             "simulation-based calibration of touches simulates the elastic model: calibrate without effects, with "
             'the E map of the model, and with discrepancy="touch" (--discrepancy touch)'
         )
-    n = 1024 if draws is None else draws
-    return _check_touches(of, simulations, samples, plug_in, method, n, seed, progress)
+    return _check_touches(of, simulations, samples, plug_in, method, draws, seed, progress)
 
 
 def _check_touches(

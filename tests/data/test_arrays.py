@@ -1,10 +1,10 @@
-"""Quantiles of draws, each series for itself, and differences of angles."""
+"""Quantiles of draws, each series for itself, differences of angles, and elements that respond."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.data.arrays import nearest_turn, quantiles, turned
+from bayestouch.data.arrays import nearest_turn, quantiles, responding, turned
 
 
 def test_an_infinite_draw_matters_to_its_own_series_alone() -> None:
@@ -18,6 +18,14 @@ def test_an_infinite_draw_matters_to_its_own_series_alone() -> None:
     np.testing.assert_array_equal(beside[:, 1:], [[2.0, 2.0], [np.inf, 4.0]])
     chains = draws.reshape(2, 2, 3)
     np.testing.assert_array_equal(quantiles(chains, [0.4, 1.0], axis=(0, 1)), beside)
+
+
+def test_elements_that_respond() -> None:
+    """One that differs, one stuck, one missing, one with a single reading, one stuck where it is read."""
+    nan = np.nan
+    readings = np.array([[1.0, 5.0, nan, nan, 7.0], [2.0, 5.0, nan, 3.0, nan], [1.0, 5.0, nan, nan, 7.0]])
+    np.testing.assert_array_equal(responding(readings), [True, False, False, True, False])
+    np.testing.assert_array_equal(responding(readings[:0]), [False] * 5)
 
 
 def test_turns() -> None:

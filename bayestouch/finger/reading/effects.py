@@ -18,7 +18,7 @@ from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.covariance import root_of, spread_of
 from bayestouch.finger.reading.reader import TouchContext
-from bayestouch.finger.reading.true_load import TrueLoads
+from bayestouch.finger.reading.true_load import TrueLoads, after_calibration
 from bayestouch.model.observations import Observations, UntimedTouches
 
 
@@ -100,17 +100,8 @@ class EffectContext:
         out = signal
         if self._pointwise:
             model = self.effects_chain.model
-            recording = Recording(
-                indenter_radius_mm=indenter_radius(radius_mm, model.finger.outer_radius_mm),
-                place=(np.degrees(angle),),
-                load=load,
-                time_s=np.full(len(load), np.inf),  # after the calibration
-                held_s=np.zeros(len(load)),
-                element_place=(np.asarray(model.finger.element_angles_deg),),
-                peak=model.peak,
-                reference_load=model.reference_load,
-                signal=np.asarray(signal),
-            )
+            tip = indenter_radius(radius_mm, model.finger.outer_radius_mm)
+            recording = after_calibration(model, np.degrees(angle), load, signal, tip)
             out = recording.signal
             for effect, values in self._pointwise:
                 if out is not recording.signal:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
@@ -76,7 +77,7 @@ def changes_load(effects_chain: ChainWithEffects) -> bool:
     """Whether an effect makes the load as read differ from the acting load; those of locations alone do not."""
     # All around the finger, because an effect may be zero at some locations.
     angle = np.linspace(0, 360, 8, endpoint=False)
-    recording = _recording(effects_chain.model, angle, np.full(len(angle), effects_chain.model.reference_load))
+    recording = _as_read(effects_chain.model, angle, np.full(len(angle), effects_chain.model.reference_load))
     return any(
         effect.stage == "rig"
         and type(effect).pose is not Effect.pose
@@ -86,19 +87,31 @@ def changes_load(effects_chain: ChainWithEffects) -> bool:
     )
 
 
-def _recording(model: FingerModel, angle_deg: FloatArray, load: FloatArray) -> Recording:
-    """Touches with loads as read, N/m, at given locations, degree, (t,) each."""
+def after_calibration(
+    model: FingerModel,
+    angle_deg: FloatArray,
+    load: FloatArray,
+    signal: NDArray[np.floating],
+    indenter_radius_mm: FloatArray,
+) -> Recording:
+    """Touches after the calibration, held no time: locations (degree), loads (N/m), tips (mm), (n,); signal (n, m)."""
     return Recording(
-        indenter_radius_mm=np.full(len(load), np.nan),
+        indenter_radius_mm=indenter_radius_mm,
         place=(angle_deg,),
         load=load,
-        time_s=np.full(len(load), np.inf),  # after the calibration
+        time_s=np.full(len(load), np.inf),
         held_s=np.zeros(len(load)),
         element_place=(np.asarray(model.finger.element_angles_deg),),
         peak=model.peak,
         reference_load=model.reference_load,
-        signal=np.zeros((len(load), model.n_elements)),
+        signal=np.asarray(signal),
     )
+
+
+def _as_read(model: FingerModel, angle_deg: FloatArray, load: FloatArray) -> Recording:
+    """Touches with loads as read, N/m, at given locations, degree, (t,) each; tips and signals do not matter."""
+    nothing = np.zeros((len(load), model.n_elements))
+    return after_calibration(model, angle_deg, load, nothing, np.full(len(load), np.nan))
 
 
 def true_loads(
@@ -120,7 +133,7 @@ def true_loads(
 
     def at(vector: FloatArray) -> FloatArray:
         model = effects_chain.model
-        recording = _recording(model, angle_deg, load)
+        recording = _as_read(model, angle_deg, load)
         for effect, values in zip(model.effects, model.values(vector), strict=True):
             # The locations of the posterior are true ones already: an effect must not shift them.
             recording = replace(recording, load=effect.pose(recording, values).load)

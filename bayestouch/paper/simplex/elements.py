@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import turned
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
@@ -104,7 +105,7 @@ def fit_element(
     pressure = pressure or KnownPressure.of(means, finger, shear_modulus_MPa, contact)
     readings = means.readings[pressure.rows, element]
     design = finger.element_angles_deg[element]
-    off = (pressure.angle_deg - design + 180) % 360 - 180
+    off = turned(pressure.angle_deg - design)
     near = (np.abs(off) <= window_deg / 2) & np.isfinite(readings)
     if near.sum() < FEWEST_TOUCHES:
         raise InputError(

@@ -16,6 +16,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.body.emap import condition_number, empirical_e_matrix, traction_coefficients
 from bayestouch.body.finger import radial_strain_response
+from bayestouch.data.arrays import turned
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger, Sensor, finger_of
 from bayestouch.errors import InputError
@@ -112,7 +113,7 @@ def table_2(means: TouchMeans, sensor: Sensor, *, n_coefficients: int | None = N
     kept = left[:, values > SMALLEST_SINGULAR_VALUE * values[0]]
     reduced = kept.T @ p
     rank = len(reduced)
-    off = (angle[:, None] - np.array(finger.element_angles_deg) + 180) % 360 - 180
+    off = turned(angle[:, None] - np.array(finger.element_angles_deg))
     there = np.isfinite(data)
     enough = (there.sum(axis=0) > rank) & (there & (np.abs(off) < REACH_DEG)).any(axis=0)
     enough &= np.nan_to_num(data).any(axis=0)  # no peak to scale by if all readings are zero

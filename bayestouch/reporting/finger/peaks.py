@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.data.arrays import turned
 from bayestouch.data.sensor import Finger, finger_of
 from bayestouch.paper.published import TABLE_1, TABLE_2, number
 from bayestouch.reporting.differences import three
@@ -22,7 +23,7 @@ def element_peaks(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
     calibration = evidence.calibration
     finger = finger_of(calibration.sensor)
     design = np.asarray(finger.element_angles_deg)
-    off = (calibration.rows.location["theta_c"][:, None] - design + 180) % 360 - 180
+    off = turned(calibration.rows.location["theta_c"][:, None] - design)
     error_near, noise = error_and_noise(calibration, np.abs(off) <= WINDOW_DEG / 2)
     error_all, _ = error_and_noise(calibration)
     single = paper.element_summary()
