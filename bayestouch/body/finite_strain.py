@@ -21,13 +21,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Measure = Literal["projected", "stretch", "stuck"]
 
@@ -85,6 +88,13 @@ class FiniteStrainTable:
         at = CubicSpline(self.load_over_modulus_mm, self.amplitudes, axis=0)(np.expm1(load) * LOAD_SCALE_MM)
         return load, radius, CubicSpline(self.radius_mm, at, axis=1)(np.expm1(radius) * RADIUS_SCALE_MM)
 
+    @cached_property
+    def by_depth(self) -> CubicSpline:
+        """Shapes as a function of the sensing radius."""
+        from scipy.interpolate import CubicSpline
+
+        return CubicSpline(self.sensing_radius_mm, self.shapes, axis=1)
+
     def for_elements(self, sensing_radius_mm: ArrayLike) -> FiniteStrainResponse:
         """Return the interpolator for elements at `sensing_radius_mm` (m,).
 
@@ -93,15 +103,11 @@ class FiniteStrainTable:
         InputError
             If an element is outside the tabulated radii.
         """
-        from scipy.interpolate import CubicSpline
-
         radii = np.atleast_1d(np.asarray(sensing_radius_mm, dtype=float))
         low, high = self.sensing_radius_mm[0], self.sensing_radius_mm[-1]
         if not np.all((radii >= low) & (radii <= high)):
             raise InputError(f"finite strain is tabulated for sensing radii from {low:g} to {high:g} mm")
-        at = CubicSpline(self.sensing_radius_mm, self.shapes, axis=1)(radii)
-        shapes = np.moveaxis(np.fft.irfft(at, n=ANGLES) * ANGLES, 0, -1)
-        return FiniteStrainResponse(*self.knots, np.ascontiguousarray(shapes))
+        return _of_elements(self, radii.tobytes())
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +163,13 @@ class FiniteStrainResponse:
 
         before = at(first)
         return np.asarray(before + (turn - node) * (at((first + 1) & (n_angles - 1)) - before))
+
+
+# A fit evaluates many loads, angles and moduli with the same depths.
+@lru_cache(maxsize=4)
+def _of_elements(table: FiniteStrainTable, radii: bytes) -> FiniteStrainResponse:
+    shapes = np.moveaxis(np.fft.irfft(table.by_depth(np.frombuffer(radii)), n=ANGLES) * ANGLES, 0, -1)
+    return FiniteStrainResponse(*table.knots, np.ascontiguousarray(shapes))
 
 
 def is_tabulated(core_radius_mm: float, outer_radius_mm: float) -> bool:

@@ -29,8 +29,6 @@ class View:
         Limits of the bins; None if each bin is an element.
     square, error : (b,) arrays
         Mean square of each bin, and its standard error if nothing is missing; NaN without readings.
-    mean : (b,) array
-        Mean residual in percent of the peak.
     """
 
     name: str
@@ -38,7 +36,6 @@ class View:
     ends: FloatArray | None
     square: FloatArray
     error: FloatArray
-    mean: FloatArray
 
     @property
     def contrast(self) -> float:
@@ -94,12 +91,11 @@ def _view(
     place = np.clip(np.searchsorted(ends, values[present], side="right") - 1, 0, len(ends) - 2)
     count = np.bincount(place, minlength=len(ends) - 1).astype(float)
     squares = np.bincount(place, weights=held.whitened[present] ** 2, minlength=len(count))
-    totals = np.bincount(place, weights=100 * held.residual[present], minlength=len(count))
     some = count > 0
     with np.errstate(invalid="ignore", divide="ignore"):
-        square, mean = np.where(some, squares / count, np.nan), np.where(some, totals / count, np.nan)
+        square = np.where(some, squares / count, np.nan)
         error = np.where(some, np.sqrt(2 / count), np.nan)
-    return View(name, unit, None if by_element else ends, square, error, mean)
+    return View(name, unit, None if by_element else ends, square, error)
 
 
 def where_it_is(held: HeldOut | None) -> str:

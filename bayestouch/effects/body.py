@@ -108,6 +108,7 @@ class FiniteStrain(Effect):
     stage: ClassVar[Stage] = "body"
     summary: ClassVar[str] = "strain that is not in proportion to the load"
     mixes: ClassVar[bool] = False
+    adds_strain: ClassVar[bool] = True
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:

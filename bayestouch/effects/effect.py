@@ -150,6 +150,8 @@ class Effect:
         Whether the reading of an element depends on the signals of other elements.
     changes_strain : bool
         Whether it changes the finger only in the strain of its elements under each Fourier mode of the pressure.
+    adds_strain : bool
+        Whether it changes the finger only by a strain that is added to that of the linear body.
     parameters : tuple of EffectParameter
         Amplitudes and shape parameters, in the order of the argument `values` of the methods.
     """
@@ -162,6 +164,7 @@ class Effect:
     remembers: ClassVar[bool] = False
     mixes: ClassVar[bool] = True
     changes_strain: ClassVar[bool] = False
+    adds_strain: ClassVar[bool] = False
     parameters: tuple[EffectParameter, ...]
 
     @classmethod

@@ -244,13 +244,14 @@ class FingerModel(SensorModel):
     def _series(self, recording: Recording, vector: FloatArray) -> TouchSeries | None:
         """The fast evaluator at the poses of a recording.
 
-        None if there is no evaluator, if an effect changes the contact or the finger in more than the strain of the
+        None if there is no evaluator, if an effect changes the contact or the finger in more than the strain of its
         elements, or if the vector or a touch is outside the range of the evaluator.
         """
         # The evaluator has no knots for the contact of a round edge. It would be used at radius 0, and the chain at any
         # other: a difference between the two is mostly that of their errors.
         beyond = any(
-            (e.changes_finger and not e.changes_strain) or (e.changes_pose and e.stage != "rig") for e in self.effects
+            (e.changes_finger and not (e.changes_strain or e.adds_strain)) or (e.changes_pose and e.stage != "rig")
+            for e in self.effects
         )
         if self.evaluator is None or beyond:
             return None

@@ -48,14 +48,11 @@ class EffectPrediction:
         From vectors (n, d) to signals (n, t, m) that leave the body, and their derivative over the load as read.
     within : callable
         From vectors to a mask (n,) of those for which `signals` is valid.
-    error : float
-        Error of the signals: see `bayestouch.finger.local_signals.LocalSignals`.
     """
 
     model: FingerModel
     signals: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     within: Callable[[FloatArray], NDArray[np.bool_]]
-    error: float
 
     @classmethod
     def of(cls, model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray) -> EffectPrediction:
@@ -68,7 +65,7 @@ class EffectPrediction:
         moving = [e for e in model.effects if e.changes_finger or e.changes_pose]
         if series is not None and all(e.changes_strain for e in moving) and series.covers(centre[None])[0]:
             near = StrainSeries(model, series) if moving else local_series(series, centre[base], sd[base], noise_sd)
-            return cls(model, near, series.covers, 0.0)
+            return cls(model, near, series.covers)
         signals = local_signals(model, centre, sd, noise_sd)
         _, _, low, high = model.prior()
 
@@ -76,7 +73,7 @@ class EffectPrediction:
             inside = (vectors[:, base] > low[base]) & (vectors[:, base] < high[base])
             return np.asarray(inside.all(axis=1))
 
-        return cls(model, signals, within, signals.error)
+        return cls(model, signals, within)
 
     def __call__(self, vectors: FloatArray) -> EffectReadings:
         """Readings at vectors (n, d)."""

@@ -76,6 +76,8 @@ class TouchSeries:
         Cosine and sine of k θ_c.
     element_weight, friction
         As of `FingerChain`, or those of a finger for each vector, the friction as an array (n, 1, 1).
+    strained : sequence of FingerChain
+        A finger for all vectors, or one for each, whose strain is finite; empty if the strain is linear.
     """
 
     known: KnownTouches
@@ -91,6 +93,7 @@ class TouchSeries:
     sine: FloatArray
     element_weight: ElementWeight | None = None
     friction: float | FloatArray = 0.0
+    strained: Sequence[FingerChain] = ()
 
     @classmethod
     def of(
@@ -183,10 +186,31 @@ class TouchSeries:
                 return np.asarray((pressure * cosine) @ even + (pressure * sine) @ odd)
 
             shape[:, blunt] = pressed(1.0)
+        up, down = 1 + SPECTRUM_STEP, 1 - SPECTRUM_STEP
         if blunt.any() and by_load:
-            up, down = 1 + SPECTRUM_STEP, 1 - SPECTRUM_STEP
             slope[:, blunt] = (up * pressed(up) - down * pressed(down)) / (2 * SPECTRUM_STEP)
-        return known.load[:, None] * shape, slope
+        signal = known.load[:, None] * shape
+        if self.strained:
+            signal += self._beyond_linear(vectors, known.load)
+        if self.strained and by_load:
+            more, less = (self._beyond_linear(vectors, share * known.load) for share in (up, down))
+            slope += (more - less) / ((up - down) * known.load[:, None])
+        return signal, slope
+
+    def _beyond_linear(self, vectors: FloatArray, load: FloatArray) -> FloatArray:
+        """Part of the readings (n, t, m) that is due to finite strain, at loads (t,)."""
+        at, known = self.layout, self.known
+        fingers = self.strained if len(self.strained) == len(vectors) else [self.strained[0]] * len(vectors)
+        here = (
+            finger.with_(
+                response=self.sign * np.exp(vector[at.response]),
+                sensing_radius_mm=vector[at.depth],
+                angle=vector[at.angle],
+                shear_modulus_MPa=float(np.exp(vector[at.log_mu])),
+            )
+            for finger, vector in zip(fingers, vectors, strict=True)
+        )
+        return np.stack([finger.beyond_linear(known.radius_mm, known.angle, load) for finger in here])
 
     def _strain(self, body: FingerBody, depth: FloatArray) -> NDArray[np.inexact]:
         """Strain (n, m, n_modes) of each element per unit of each mode; complex only with friction."""
@@ -221,15 +245,17 @@ class TouchSeries:
         `mu` is the shear modulus in MPa. None if κ of a touch is beyond the knots.
         """
         phase = np.outer(angle, self.modes)
-        there = replace(self.at_loads(load), cosine=np.cos(phase), sine=np.sin(phase))
+        known = replace(self.known, angle=angle, load=load)
+        there = replace(self, known=known, cosine=np.cos(phase), sine=np.sin(phase))
         place, knots = np.log1p(there._kappa(np.array([mu])) / self.template.kappa_scale), self.template.coordinates
         return there if ((knots[0] <= place) & (place <= knots[-1])).all() else None
 
     def with_strain_of(self, chains: Sequence[FingerChain]) -> TouchSeries:
-        """The series with the weights of the elements and the friction of fingers, one for each vector."""
+        """The series with the weights of the elements, friction and finite strain of fingers, one for each vector."""
         weights = [each.element_weight for each in chains]
         friction = np.array([each.friction for each in chains])[:, None, None]
-        return replace(self, element_weight=ElementWeight.stacked(weights), friction=friction)
+        strained = chains if any(each.finite_strain for each in chains) else ()
+        return replace(self, element_weight=ElementWeight.stacked(weights), friction=friction, strained=strained)
 
     def at_loads(self, load: FloatArray) -> TouchSeries:
         """The series for other loads (t,) of the same touches, N/m."""

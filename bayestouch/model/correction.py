@@ -32,15 +32,12 @@ class Correction:
         Functions of the location.
     sizes : dict of str to float
         Standard deviation of each part, over the peak reading.
-    gain : float
-        Increase of the log marginal likelihood over the model without correction.
     linear : Linearised
         The linearised model for which it was chosen, with the correction among its random functions.
     """
 
     basis: CorrectionBasis
     sizes: dict[str, float]
-    gain: float
     linear: Linearised
 
     def columns(self, *where: FloatArray) -> FloatArray:
@@ -67,7 +64,7 @@ def fit_correction(fitted: Fitted) -> Correction | None:
     sizes, gain = _best_sizes(score, part, len(parts))
     if gain <= 0 or not sizes.any():
         return None
-    chosen = Correction(basis, dict(zip(parts, sizes.tolist(), strict=True)), gain, fitted.linear)
+    chosen = Correction(basis, dict(zip(parts, sizes.tolist(), strict=True)), fitted.linear)
     functions = functions_of(model, fitted.vector, fitted.whitening, fitted.drifts, chosen.scaled(parts))
     return replace(chosen, linear=with_functions(fitted.linear, functions))
 

@@ -88,7 +88,7 @@ def test_columns_of_a_chosen_correction() -> None:
     """Each part at its size; those of none are left out."""
     parts = {"a": np.ones((2, 3, 1)), "b": np.full((1, 3, 1), 5.0), "c": np.full((1, 3, 1), 7.0)}
     made: Any = SimpleNamespace(columns=lambda *where: parts)
-    chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, 1.0, None)  # type: ignore[arg-type]
+    chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, None)  # type: ignore[arg-type]
     np.testing.assert_allclose(chosen.columns()[:, 0, 0], [0.1, 0.1, 0.21])
 
 

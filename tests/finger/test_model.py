@@ -11,6 +11,7 @@ from model_cases import REFERENCE, Case, three_times
 
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.effects.listing import FINGER
+from bayestouch.finger.model import FingerModel
 from bayestouch.model.observations import UntimedTouches
 
 # Of the peak. The finger written out solves contacts on nodes of its own; the series is within 5e-7 of it, and the
@@ -122,14 +123,50 @@ def test_each_element_has_its_own_aperture(case: Case) -> None:
     assert np.abs((sides - found) / case.finger.peak).max() > 2e-4
 
 
-@pytest.mark.parametrize("name", ["finite_strain", "surface_profile"])
-def test_effects_before_the_readings_are_those_of_the_chain(case: Case, name: str) -> None:
-    effect = effect_classes()[name].suited(FINGER)
+def test_a_surface_out_of_round_is_that_of_the_chain(case: Case) -> None:
+    effect = effect_classes()["surface_profile"].suited(FINGER)
     assert effect is not None
     quick, chain = (model.with_effects((effect,)) for model in (case.quick, case.chain))
     vector = quick.extended(case.vector, effect.probes[0])
     assert quick.predict(vector).touches.tobytes() == chain.predict(vector).touches.tobytes()
     assert np.abs(quick.predict(vector).touches - case.quick.predict(case.vector).touches).max() > 1
+
+
+def test_slopes_over_the_load_have_the_finite_strain(case: Case) -> None:
+    """The step of the series is 2 % of the load."""
+    effect = effect_classes()["finite_strain"].suited(FINGER)
+    assert effect is not None and case.quick.evaluator is not None
+    model, load = case.quick.with_effects((effect,)), case.press.load
+    vector = model.extended(case.vector, (0.8,))
+    signal, slope = case.quick.evaluator.with_strain_of([model.chain(vector)])(case.vector[None])
+    np.testing.assert_allclose(signal[0], model.predict(vector).touches, rtol=1e-12)
+    up, down = (model.predict(vector, share * load).touches for share in (1.02, 0.98))
+    np.testing.assert_allclose(slope[0], (up - down) / (0.04 * load[:, None]), atol=1e-9 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize("others", [{}, {"prober_eccentricity": 0.4, "load_offset": 9.0}])
+def test_finite_strain_adds_what_the_chain_adds(case: Case, others: dict[str, float]) -> None:
+    """To signals, to derivatives of the chain, and at loads other than those read; also where the rig is off."""
+    rig = tuple(effect for name in others if (effect := effect_classes()[name].suited(FINGER)) is not None)
+    off = np.concatenate([np.full(len(each.parameters), others[each.name]) for each in rig] or [np.empty(0)])
+    more = effect_classes()["finite_strain"].suited(FINGER)
+    assert more is not None
+
+    def added(model: FingerModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        plain, start = model.with_effects(rig), np.append(case.vector, off)
+        strained, vector = model.with_effects((*rig, more)), np.append(start, 0.8)
+        load, n = 1.1 * case.press.load, case.vector.size
+        return (
+            strained.predict(vector).touches - plain.predict(start).touches,
+            strained.predict(vector, load).touches - plain.predict(start, load).touches,
+            strained.derivatives(vector)[0][:n] - plain.derivatives(start)[0][:n],
+        )
+
+    peak = case.finger.peak.max()
+    for found, wanted in zip(added(case.quick), added(case.chain), strict=True):
+        assert np.abs(wanted).max() > 0.02 * peak
+        # The steps over log μ differ in the third order, by so much where a knot of the table lies between them.
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-6 * np.abs(wanted).max())
 
 
 def test_beyond_the_parameters_that_it_was_made_for_the_chain_is_used(case: Case) -> None:
