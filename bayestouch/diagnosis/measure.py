@@ -8,9 +8,9 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.comparison import ERRORS
+from bayestouch.diagnosis.one_round import is_near
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.rounds import SearchRound, Tried
-from bayestouch.diagnosis.search import is_near
 from bayestouch.model.base import PossibleTouches, SensorModel
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.observations import Observations

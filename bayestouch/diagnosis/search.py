@@ -1,67 +1,30 @@
-"""Greedy search for missing effects: score all, refit the best, keep those that improve held-out predictions."""
+"""Search for missing effects: one round after the other adds the best, and other beginnings are tried."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
-import numpy as np
-
-from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.choice import indistinguishable_from, most_probable
-from bayestouch.diagnosis.comparison import (
-    ERRORS,
-    density,
-    density_of_readings,
-    gained_in_place,
-    held_out_each_way,
-    is_clear,
-    paired,
-    refit_all,
-    tried_noise,
-)
-from bayestouch.diagnosis.imitations import most_probable_alone
-from bayestouch.diagnosis.place_or_time import Densities, PlaceOrTime, is_better_beside, place_or_time, still_drift
-from bayestouch.diagnosis.rounds import SearchRound, Tried, with_undecided_drift
+from bayestouch.diagnosis.choice import indistinguishable_from
+from bayestouch.diagnosis.comparison import ERRORS, density, density_of_readings, paired
+from bayestouch.diagnosis.one_round import is_small, one_round, smallest_gain
+from bayestouch.diagnosis.place_or_time import still_drift
+from bayestouch.diagnosis.rounds import SearchRound, with_undecided_drift
 from bayestouch.effects.effect import Effect
-from bayestouch.effects.kinds import of_noise
-from bayestouch.model.candidates import Candidate, score_effects
-from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.joining import fit_without
-from bayestouch.model.noise_fit import with_noise
-from bayestouch.model.noise_posterior import settled_noise
-from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
 from bayestouch.model.predictive import gained
-from bayestouch.model.significance import at_least_one
-from bayestouch.output.progress import Progress, staged, tell
+from bayestouch.output.progress import Progress, staged
 
-# Fractions of a round's time at the end of scoring, of refitting and of the correction; looser forms follow.
-SCORED, REFITTED, CORRECTED = 0.25, 0.8, 0.85
-# Number of candidates that are refitted in a round, besides random functions of time; largest number of rounds that
-# add an effect.
-LEADING, MOST_EFFECTS = 5, 4
-# Conditions for an effect to be real. By chance, any of the effects that were tried has such a score with less than
-# this probability.
-CHANCE = 0.01
-# What it explains is at least a tenth of the noise of an averaged touch (root mean square).
-MATERIAL = 0.1
-# A model leaves no relevant misfit if χ² over the number of readings is below 1 + this.
-SMALL = 0.1
-# However many readings there are, so large a gain of log density is relevant.
-ENOUGH_GAIN = 50.0
-# It explains this share of what can be explained.
-SHARE = 0.3
-# Together with the effects found after it, it explains this share. A cause that is not in the catalogue can make a
-# similar effect appear to explain half of it.
+# Largest number of rounds that add an effect.
+MOST_EFFECTS = 4
+# An effect explains this share, together with the effects found after it. A cause that is not in the catalogue can make
+# a similar effect appear to explain half of it.
 TOGETHER = 0.75
 # The same for a random function of time, whose values between touches are not known: a lower limit.
 TOGETHER_RANDOM = 0.6
 # Number of other effects that are tried as the first one if the best one does not lead to a model within the noise.
 OTHER_STARTS = 2
-# A random function of time is not tried if less than this share of it is distinct from the model.
-VISIBLE = 0.2
 
 
 def search(
@@ -109,12 +72,7 @@ def _with_rivals(begun: SearchRound) -> SearchRound:
 
 def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
     """True if the model of the last round leaves no relevant misfit."""
-    return _is_small(rounds[-1].before)
-
-
-def _is_small(left: Fitted | None) -> bool:
-    """True if the misfit of a model is not relevant."""
-    return left is not None and left.excess < 0.5 * SMALL * left.n_readings
+    return is_small(rounds[-1].before)
 
 
 def _retained(
@@ -211,167 +169,7 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
     for effect in earlier:
         less = fit_without(effect, fitted)
         gain, error = paired(gained(density(fitted) - density(less)))
-        if gain < ERRORS * error or gain < _smallest_gain(fitted):
+        if gain < ERRORS * error or gain < smallest_gain(fitted):
             fitted = less
             dropped.append(effect.name)
     return fitted, tuple(dropped)
-
-
-def one_round(
-    fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None
-) -> SearchRound:
-    """One round: score all effects, refit the best ones, and choose one or none."""
-    tell(progress, 0.0, "scores")
-    scored = score_effects(fitted, effects)
-    noise = tuple(each for each in of_noise(effects) if each.name not in fitted.names)
-    scattered = score_noise(fitted, noise)
-    trials = sum(each.trials for each in scored) + len(scattered)
-    before, least = density(fitted), _smallest_gain(fitted)
-    leading = _leading([c for c in scored if _passes(c.z, trials) and c.gain > 0])
-    part = (REFITTED - SCORED) / max(len(leading), 1)
-    stages = [*(f"refit {each.effect.name}" for each in leading), "functions of place"]
-
-    def refitting(number: int) -> None:
-        tell(progress, SCORED + part * number, stages[number])
-
-    refitting(0)
-    again = refit_all(fitted, leading, before, least, scheduler, refitting)
-    refitted = {each.effect.name: each for each in again}
-    correction = fit_correction(fitted)
-    correction_gain, correction_se, in_place = gained_in_place(fitted, correction, before)
-    possible = max(correction_gain, fitted.excess, least)
-    tried = []
-    for c in scored:
-        done = refitted.get(c.effect.name) or Tried(c.effect, c.z, c.seen, c.start, signature=c.signature)
-        scored_gain = float("nan") if _passes(c.z, trials) else c.gain - float(np.log(c.trials))
-        tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
-    tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
-    tell(progress, CORRECTED, "looser forms")
-    tried = _with_looser(_best_first(tried), fitted, before, least, possible, scheduler)
-    progress(1.0)
-    whole = SearchRound(
-        fitted,
-        tuple(tried),
-        possible,
-        correction,
-        correction_gain,
-        correction_se,
-        added=None,
-        held_out=held_out_each_way(fitted, fitted.linear, before),
-        held_out_in_place=in_place,
-    )
-    whole = replace(whole, probable=most_probable_alone(whole))
-    real = [each for each in tried if _is_real(each, trials, least, whole.probable) and not _as_a_drift(each, tried)]
-    drifts = place_or_time(fitted, _held_out(each for each in real if each.effect.random), in_place)
-    faced = (*drifts, *_imitating_place(fitted, [each for each in real if each.effect.remembers], in_place))
-    real = [each for each in real if each.effect.name not in {one.drift for one in faced if not one.is_drift}]
-    # Changes during a touch are not noise: effects within touches have priority over effects of the noise.
-    within = [each for each in real if each.effect.needs_samples and each.noise is None]
-    if within and real[0].noise is not None:
-        real = within
-    added = most_probable(real) if real else None
-    if added is not None:
-        added = replace(added, indistinguishable=indistinguishable_from(added, tried))
-        if added.noise is not None:
-            found = settled_noise(fitted, added.noise)
-            added = replace(added, found_noise=found, fitted=with_noise(fitted, found))
-        # Fits need much memory: keep only those that the advice on further measurements compares.
-        kept = {added.effect.name, *added.indistinguishable, *(one.drift for one in faced if one.undecided)}
-        tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
-    others = tuple(each for each in real if each.fitted is not None)
-    return replace(whole, tried=tuple(tried), added=added, real=others, place_or_time=faced)
-
-
-def _imitating_place(fitted: Fitted, tried: list[Tried], places: Densities | None) -> list[PlaceOrTime]:
-    """Effects of earlier touches that functions of place replace, also beside these."""
-    models = {each.effect.name: each.fitted for each in tried}
-    replaced = [one for one in place_or_time(fitted, _held_out(tried), places) if one.is_place]
-    beside = ((one, models[one.drift]) for one in replaced)
-    return [one for one, model in beside if model and places and not is_better_beside(model, places)]
-
-
-def _held_out(tried: Iterable[Tried]) -> dict[str, Densities]:
-    """Log densities of held-out touches by the effects that were refitted, by name."""
-    return {each.effect.name: each.held_out for each in tried if each.held_out is not None}
-
-
-def _leading(scored: list[Candidate]) -> list[Candidate]:
-    """The best candidates, and every random function of time that is better than the last of them."""
-    last = [k for k, each in enumerate(scored) if not each.effect.random][:LEADING]
-    return scored[: last[-1] + 1] if len(last) == LEADING else scored
-
-
-def _best_first(tried: list[Tried]) -> list[Tried]:
-    """Candidates in decreasing order of the gain, then of the score."""
-    return sorted(tried, key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
-
-
-def _with_looser(
-    tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float, scheduler: str | None
-) -> list[Tried]:
-    """The candidates; those that explain enough in their looser form where this is clearly better.
-
-    It is not tried where the candidate leaves no relevant misfit as it is.
-    """
-    refitted = [each for each in tried if each.fitted is not None and not each.effect.random]
-    plain = [each for each in refitted if each.gain > least and each.share >= SHARE]
-    forms = [(each, _in_looser_form(each, fitted.model.n_elements)) for each in plain if not _is_small(each.fitted)]
-    pairs = [(each, candidate) for each, candidate in forms if candidate is not None]
-    refits = refit_all(fitted, [candidate for _, candidate in pairs], before, least, scheduler)
-    better: dict[str, Tried] = {}
-    for (each, candidate), again in zip(pairs, refits, strict=True):
-        plain_gain, gain = each.difference, again.difference
-        if plain_gain is not None and gain is not None and is_clear(gain - plain_gain):
-            better[each.effect.name] = replace(again, share=_share(again, candidate, possible))
-    return _best_first([better.get(each.effect.name, each) for each in tried])
-
-
-def _in_looser_form(tried: Tried, n_elements: int) -> Candidate | None:
-    """The candidate in its looser form, which begins where it is; None if there is no such form."""
-    effect = tried.effect.looser(n_elements)
-    if effect is None or effect == tried.effect or tried.signature is None:
-        return None
-    start = (*tried.start, *(0.0,) * (len(effect.parameters) - len(tried.start)))
-    return Candidate(effect, start, tried.z, 1, tried.gain, tried.seen, tried.signature)
-
-
-def _smallest_gain(fitted: Fitted) -> float:
-    """Gain of the smallest effect that is relevant; for many readings a constant, smaller limit applies."""
-    return min(0.5 * MATERIAL**2 * fitted.n_readings, ENOUGH_GAIN)
-
-
-def _passes(z: float, trials: int) -> bool:
-    from scipy.special import ndtr
-
-    return at_least_one(float(2 * ndtr(-abs(z))), trials) < CHANCE
-
-
-def _is_real(tried: Tried, trials: int, least: float, probable: str | None) -> bool:
-    if not np.isfinite(tried.gain) or not _passes(tried.z, trials) or tried.gain < least:
-        return False
-    if tried.effect.name == probable:
-        return True
-    if not tried.clear:
-        return False
-    if tried.share < SHARE and not tried.by_itself:
-        return False
-    # A random function of time must be distinct from what the model already contains.
-    return not tried.effect.random or tried.seen > VISIBLE
-
-
-def _as_a_drift(one: Tried, tried: list[Tried]) -> bool:
-    """True if an effect that can follow time, but is no drift, predicts no better than a drift does."""
-    drifts = (each.gain for each in tried if each.effect.random and np.isfinite(each.gain))
-    return one.effect.follows_time and not one.effect.random and one.gain <= max(drifts, default=-np.inf)
-
-
-def is_near(tried: Tried) -> bool:
-    """True if the effect may be real: it explains much, but is not certain."""
-    return tried.gain > 0 and not tried.clear and tried.share >= SHARE
-
-
-def _share(tried: Tried, scored: Candidate, possible: float) -> float:
-    gain = scored.gain
-    if np.isfinite(tried.gain):
-        gain = tried.gain if tried.by_itself else tried.of_means
-    return float(np.clip(gain / possible, 0.0, 1.0))

@@ -21,7 +21,7 @@ from typing import TypeVar
 
 import bayestouch
 from bayestouch.diagnosis.comparison import density, refit
-from bayestouch.diagnosis.search import LEADING
+from bayestouch.diagnosis.one_round import LEADING
 from bayestouch.effects import catalogue
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.finger.start import base_fit

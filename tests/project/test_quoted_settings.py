@@ -9,7 +9,7 @@ import pytest
 
 from bayestouch.baselines import reading as baselines
 from bayestouch.data import parquet, tables, toml_text, touch_source
-from bayestouch.diagnosis import blocks, choice, comparison, harm, place_or_time, search, verdict
+from bayestouch.diagnosis import blocks, choice, comparison, harm, one_round, place_or_time, search, verdict
 from bayestouch.finger import noise_with_effects, priors
 from bayestouch.finger.reading import alternatives, profile
 from bayestouch.model import split_data as parted
@@ -60,13 +60,13 @@ QUOTED = {
     "diagnosis.md": [
         f"If fewer than {parted.ENOUGH_READ} touches of `touches.csv` have references, every fourth calibration touch",
         f"With fewer than {parted.ENOUGH_CALIBRATION} touches nothing is held out",
-        f"$1 - (1 - p)^M < {search.CHANCE:g}$ (Šidák)",
-        f"The {WORDS[search.LEADING]} best are added to the model one at a time",
+        f"$1 - (1 - p)^M < {one_round.CHANCE:g}$ (Šidák)",
+        f"The {WORDS[one_round.LEADING]} best are added to the model one at a time",
         f"less than {1e4 * comparison.ROUGHLY:g}·10⁻⁴ of what there is to explain",
         f"dealt into {WORDS[comparison.FOLDS]} folds",
         f"it gains at least {WORDS[int(search.ERRORS)]} standard errors",
-        f"an effect with a size of a {share(search.MATERIAL)} of the noise",
-        f"at least {100 * search.SHARE:g} % of what can be explained",
+        f"an effect with a size of a {share(one_round.MATERIAL)} of the noise",
+        f"at least {100 * one_round.SHARE:g} % of what can be explained",
     ],
     "large.md": [
         f"A file of more than {touch_source.READ_WHOLE // MEBI} MB is read in pieces of {tables.CHUNK:,} rows",
@@ -90,9 +90,9 @@ def test_a_setting_is_quoted_as_it_is(page: str, sentence: str) -> None:
 
 
 #: Modules of the search and the verdict whose numbers are limits that were set by hand.
-OF_DIAGNOSIS = (blocks, choice, comparison, harm, place_or_time, search, verdict)
+OF_DIAGNOSIS = (blocks, choice, comparison, harm, one_round, place_or_time, search, verdict)
 #: Fractions of the time of a round: they are for the progress bar.
-NO_LIMITS = {"search.SCORED", "search.REFITTED", "search.CORRECTED"}
+NO_LIMITS = {"one_round.SCORED", "one_round.REFITTED", "one_round.CORRECTED"}
 
 
 def test_all_limits_of_the_diagnosis_are_in_its_table() -> None:

@@ -10,7 +10,7 @@ import pytest
 from scipy.special import ndtri
 from search_cases import DRIFT, effect, priced
 
-from bayestouch.diagnosis import comparison, search
+from bayestouch.diagnosis import comparison, one_round, search
 from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.effects.noise import NoiseEffect
@@ -50,20 +50,20 @@ def scored_round(
             done(number)
         return [refitted[each.effect.name] for each in leading if each.effect.name in refitted]
 
-    monkeypatch.setattr(search, "score_effects", lambda fitted, effects: scored)
-    monkeypatch.setattr(search, "score_noise", lambda fitted, effects: said.update(noise=effects) or noise)
-    monkeypatch.setattr(search, "density", lambda fitted: np.zeros((3, 3)))
+    monkeypatch.setattr(one_round, "score_effects", lambda fitted, effects: scored)
+    monkeypatch.setattr(one_round, "score_noise", lambda fitted, effects: said.update(noise=effects) or noise)
+    monkeypatch.setattr(one_round, "density", lambda fitted: np.zeros((3, 3)))
     monkeypatch.setattr(comparison, "folds", lambda fitted: None)
-    monkeypatch.setattr(search, "held_out_each_way", lambda fitted, linear, density: {"times": density[:, 0]})
+    monkeypatch.setattr(one_round, "held_out_each_way", lambda fitted, linear, density: {"times": density[:, 0]})
     monkeypatch.setattr(comparison, "held_out_each_way", lambda fitted, linear, density: {"times": density[:, 1]})
-    monkeypatch.setattr(search, "refit_all", refit)
-    monkeypatch.setattr(search, "fit_correction", lambda fitted: correction)
+    monkeypatch.setattr(one_round, "refit_all", refit)
+    monkeypatch.setattr(one_round, "fit_correction", lambda fitted: correction)
     after = np.outer([30.0, 31, 32], [0.5, 0.5, 9])
     monkeypatch.setattr(comparison, "held_out_density", lambda linear, folds: after)
-    monkeypatch.setattr(search, "settled_noise", lambda fitted, noise: ("settled", noise))
-    monkeypatch.setattr(search, "with_noise", lambda fitted, found: ("with", found))
+    monkeypatch.setattr(one_round, "settled_noise", lambda fitted, noise: ("settled", noise))
+    monkeypatch.setattr(one_round, "with_noise", lambda fitted, found: ("with", found))
     known = Hum()
-    found = search.one_round(fitted, (known, Other(), effect("x")), progress or said["progress"].append)  # type: ignore[arg-type]
+    found = one_round.one_round(fitted, (known, Other(), effect("x")), progress or said["progress"].append)  # type: ignore[arg-type]
     return found, said
 
 
@@ -121,7 +121,7 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_round_that_adds_what_is_probable(monkeypatch: pytest.MonkeyPatch, probable: str | None) -> None:
     """Though it explains a twentieth and few touches have its gain, which is no chance."""
     refitted = {name: priced(name, 9.0, gain=90.0, of_means=2.0, clear=False) for name in ("a", "b")}
-    monkeypatch.setattr(search, "most_probable_alone", lambda one: probable if len(one.tried) == 2 else "a")
+    monkeypatch.setattr(one_round, "most_probable_alone", lambda one: probable if len(one.tried) == 2 else "a")
     found, _ = scored_round(monkeypatch, [candidate(name) for name in refitted], refitted, [])
     assert found.probable == probable and (found.added and found.added.effect.name) == probable
 
@@ -205,7 +205,7 @@ def test_a_drift_that_is_undecided_keeps_its_fit(monkeypatch: pytest.MonkeyPatch
     best = priced("a", 2.0, gain=95.0, of_means=80.0, difference=shape + 9)
     far = priced("b", 9.0, gain=60.0, of_means=60.0, difference=shape - 9)
     found = PlaceOrTime("baseline_drift", {"times": (1.0, 1.0)})
-    monkeypatch.setattr(search, "place_or_time", lambda fitted, drifts, in_place: (found,) if drifts else ())
+    monkeypatch.setattr(one_round, "place_or_time", lambda fitted, drifts, in_place: (found,) if drifts else ())
     scored = [candidate("a"), candidate("b"), candidate("baseline_drift", effect=DRIFT)]
     made, _ = scored_round(monkeypatch, scored, {"a": best, "b": far, "baseline_drift": drift}, [])
     assert made.added is not None and made.added.effect.name == "a"
@@ -227,7 +227,7 @@ def test_a_drift_faces_functions_of_place(monkeypatch: pytest.MonkeyPatch, z: fl
         np.testing.assert_array_equal(in_place["times"], [15.0, 15.5, 16.0])
         return (found,)
 
-    monkeypatch.setattr(search, "place_or_time", faced)
+    monkeypatch.setattr(one_round, "place_or_time", faced)
     made, _ = scored_round(
         monkeypatch, [candidate("baseline_drift", effect=DRIFT)], {"baseline_drift": drift}, [], places
     )
@@ -258,8 +258,8 @@ def test_an_effect_of_earlier_touches_faces_functions_of_place(
         assert held_out in ({}, {"memory": {"times": "remembering"}})
         return (found,) if held_out else ()
 
-    monkeypatch.setattr(search, "place_or_time", faced)
-    monkeypatch.setattr(search, "is_better_beside", lambda fitted, places: asked.append(fitted) or beside)
+    monkeypatch.setattr(one_round, "place_or_time", faced)
+    monkeypatch.setattr(one_round, "is_better_beside", lambda fitted, places: asked.append(fitted) or beside)
     made, _ = scored_round(
         monkeypatch, [candidate("memory", effect=memory)], {"memory": refitted}, [], SimpleNamespace(linear="placed")
     )
