@@ -8,7 +8,8 @@ error of the prober that changes with time.
 
 The probabilities allow for causes that imitate others (`bayestouch.diagnosis.imitations`). The shares for this were
 counted with earlier code. They are counted again on the first 200 fingers, and compared with what happens on the other
-1,000. That was written down before any finger was run. `_cause_rules` says which sets of causes are right.
+1,000. That was written down before any finger was run. Before any of the 1,000 was looked at, a second test was added:
+the same with the shares that the package has. `_cause_rules` says which sets of causes are right.
 
     python studies/causes_of_forms.py [-o RESULTS] [--processes 2] [--cases N]   runs what was not run yet
     python studies/causes_of_forms.py [-o RESULTS] --tables                      runs nothing
@@ -49,7 +50,13 @@ from independent.sizes import OutOfReach  # noqa: E402
 
 import bayestouch  # noqa: E402
 from bayestouch.diagnosis.causes import Causes, causes  # noqa: E402
-from bayestouch.diagnosis.imitations import Shares, allowing, best_effect  # noqa: E402
+from bayestouch.diagnosis.imitations import (  # noqa: E402
+    NOTHING_LEFT,
+    STRUCTURE_LEFT,
+    Shares,
+    allowing,
+    best_effect,
+)
 from bayestouch.diagnosis.verdict import structure_left  # noqa: E402
 
 Record = dict[str, Any]
@@ -61,13 +68,16 @@ SIZES = {"one": (1.0, 2.0, 5.0), "pair": (2.0,), "unlisted": (2.0, 5.0)}
 DESCRIBED = {"warm_column": "prober_eccentricity"}
 # Sets of causes below this probability are not kept; their sum is far below the errors that are looked for.
 KEPT = 1e-3
+#: Shares of the package, by whether structure is left.
+PACKAGE = {False: NOTHING_LEFT, True: STRUCTURE_LEFT}
 RESULTS = DOCS / "results" / "causes_of_forms" / "results.jsonl"
 DIAGRAM = DOCS / "figures" / "causes_of_forms.png"
 FIGURE = """
 ```{figure} figures/causes_of_forms.png
 :alt: Share of fingers whose most probable statement of causes is right against its probability; below, their numbers
 
-How often the most probable statement of causes is right, on the fingers that were not counted.
+How often the most probable statement of causes is right, with the shares of the package, on the fingers that were not
+counted.
 ```
 """
 
@@ -128,7 +138,7 @@ def with_shares(record: Record, of: dict[bool, Shares]) -> Record:
 
 
 def summary(results: Sequence[Record]) -> tuple[str, list[Record]]:
-    """Tables, and the fingers that were not counted with their probabilities."""
+    """Tables, and the fingers that were not counted with the probabilities that the package gives."""
     unable = {word: sum(word in each for each in results) for word in ("error", "out_of_reach", "not_simulated")}
     done = [each for each in results if "fitted" in each]
     first = [each for each in done if each["seed"] < FIRST_SEED + COUNTED]
@@ -143,9 +153,11 @@ def summary(results: Sequence[Record]) -> tuple[str, list[Record]]:
     counts = counted([{**each, "causes": each["fitted"]} for each in first])
     of = {row: each.share if each.named else 1.0 for row, each in counts.items()}
     rows = [[words, str(counts[row]), f"{of[row]:.2f}"] for row, words in ROWS.items()]
-    text += f"Counted on {len(first)} fingers:\n\n{markdown_table(['causes', 'there', 'share'], rows)}\n"
-    allowed = [with_shares(each, by_structure(of)) for each in rest]
-    return f"{text}Probabilities with these shares, on the other {len(rest)} fingers:\n\n{tables(allowed)}", allowed
+    by_package, again = ([with_shares(each, shares) for each in rest] for shares in (PACKAGE, by_structure(of)))
+    text += f"With the shares of the package, on {len(rest)} fingers:\n\n{tables(by_package)}\n"
+    text += f"Shares counted again, on {len(first)} other fingers:\n\n"
+    text += f"{markdown_table(['causes', 'there', 'share'], rows)}\n"
+    return f"{text}With these shares, on the same {len(rest)} fingers:\n\n{tables(again)}", by_package
 
 
 def main(arguments: list[str] | None = None) -> list[Record]:
