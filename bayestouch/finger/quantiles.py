@@ -45,9 +45,12 @@ class QuantileMaps:
         return cls(values, np.asarray(PchipInterpolator(nodes, values, axis=1).derivative()(nodes)))
 
     def __call__(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (..., m) at z (..., m), and the log (...) of the product of the derivatives."""
+        """Values (..., m) at z (..., m), and the log (...) of the product of the derivatives.
+
+        NaN where z is: draws of a chain that has not found a point of the posterior.
+        """
         place = np.clip((z + END) / STEP, 0.0, self.values.shape[1] - 1 - 1e-9)
-        left = place.astype(np.int64)
+        left = np.nan_to_num(place).astype(np.int64)
         t = place - left
         rows = np.arange(z.shape[-1])
         a, b = self.values[rows, left], self.values[rows, left + 1]

@@ -33,3 +33,13 @@ def test_logarithm_of_the_derivatives() -> None:
     _, log = made(z)
     slope = (made(z + h)[0] - made(z - h)[0]) / (2 * h)
     np.testing.assert_allclose(log, np.log(slope).sum(axis=1), rtol=1e-6)
+
+
+def test_points_that_are_missing_stay_so() -> None:
+    """A chain has NaN until it finds a point of the posterior."""
+    made = maps()
+    values, log = made(np.array([[np.nan, 0.4], [0.3, -1.2]]))
+    wanted, at = made(np.array([[0.3, -1.2]]))
+    assert np.isnan(values[0, 0]) and np.isnan(log[0])
+    np.testing.assert_array_equal(values[1:], wanted)
+    np.testing.assert_array_equal(log[1:], at)
