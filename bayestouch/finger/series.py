@@ -76,7 +76,7 @@ class TouchSeries:
         Cosine and sine of k θ_c.
     element_weight, friction
         As of `FingerChain`, or those of a finger for each vector, the friction as an array (n, 1, 1).
-    strained : sequence of FingerChain
+    strained : tuple of FingerChain
         A finger for all vectors, or one for each, whose strain is finite; empty if the strain is linear.
     """
 
@@ -93,7 +93,7 @@ class TouchSeries:
     sine: FloatArray
     element_weight: ElementWeight | None = None
     friction: float | FloatArray = 0.0
-    strained: Sequence[FingerChain] = ()
+    strained: tuple[FingerChain, ...] = ()
 
     @classmethod
     def of(
@@ -200,7 +200,7 @@ class TouchSeries:
     def _beyond_linear(self, vectors: FloatArray, load: FloatArray) -> FloatArray:
         """Part of the readings (n, t, m) that is due to finite strain, at loads (t,)."""
         at, known = self.layout, self.known
-        fingers = self.strained if len(self.strained) == len(vectors) else [self.strained[0]] * len(vectors)
+        fingers = self.strained * len(vectors) if len(self.strained) == 1 else self.strained
         here = (
             finger.with_(
                 response=self.sign * np.exp(vector[at.response]),
@@ -254,7 +254,7 @@ class TouchSeries:
         """The series with the weights of the elements, friction and finite strain of fingers, one for each vector."""
         weights = [each.element_weight for each in chains]
         friction = np.array([each.friction for each in chains])[:, None, None]
-        strained = chains if any(each.finite_strain for each in chains) else ()
+        strained = tuple(chains) if any(each.finite_strain for each in chains) else ()
         return replace(self, element_weight=ElementWeight.stacked(weights), friction=friction, strained=strained)
 
     def at_loads(self, load: FloatArray) -> TouchSeries:
