@@ -3,7 +3,8 @@
 A set of causes is right if it names the effects that were simulated and no others. Beside effects it may name something
 in place: most of the simulator's forms are not those of the catalogue. A drift counts as named by "something in time".
 Without a listed effect, "nothing" is right where there is none, and "something in place", "something in time" or
-"something else" where the cause is in no catalogue. So sets that differ only by something in place beside the same
+"something else" where the cause is in no catalogue. Effects and something else are right if these effects were
+simulated, and others with them. So sets that differ only by something in place beside the same
 effects are one statement: its probability is the sum of theirs. The rule that the probabilities are compared with is
 the verdict with its effects, taken as a probability of 0.99; "unattributed" counts as something in place.
 """
@@ -41,7 +42,9 @@ def right(names: Sequence[str], record: Record) -> bool:
     drifts = {each for each in listed - named if each in DRIFTS}
     if IN_TIME in named and len(drifts) == 1:
         named = named - {IN_TIME} | drifts
-    return named - {IN_PLACE} == listed
+    effects = named - {IN_PLACE, SOMETHING_ELSE}
+    # beside effects, "something else" says that there is more
+    return bool(effects) and effects < listed if SOMETHING_ELSE in named else effects == listed
 
 
 def statements(causes: Sequence[Mapping[str, Any]]) -> list[tuple[tuple[str, ...], float]]:

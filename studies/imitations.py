@@ -1,12 +1,12 @@
-"""How often is a cause there that a diagnosis names? Shares for probabilities of causes, from three studies.
+"""How often is a cause there that a diagnosis names? Shares for probabilities of causes, from five studies.
 
 A diagnosis compares the models that it fitted. None of them may be right: an effect may follow another formula than
 that of the catalogue, and a cause that no catalogue has may imitate an effect. This study counts how often named causes
-were there, on the fingers of the first three blind studies, whose causes are known and whose formulas nobody had seen.
-Each study has the same weight. `bayestouch.diagnosis.imitations` has these shares, and a test compares them.
+were there, on the fingers of the five blind studies, whose causes are known and whose formulas nobody had seen. Each
+finger has the same weight. `bayestouch.diagnosis.imitations` has these shares, and a test compares them.
 
 A second table shows what the shares are worth on fingers that were not counted: calibration error and log score of the
-probabilities in each study, with the shares of the two others.
+probabilities in each study, with the shares of the others.
 
     python studies/imitations.py [--docs]
 
@@ -17,32 +17,53 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from _cause_rules import Forecasts
+from _cause_rules import DRIFTS, Forecasts
 from _page import DOCS, markdown_table, put_into_page
 from _result_lines import kept_lines
 from causes import with_statement
 
-from bayestouch.diagnosis.causes import Causes
-from bayestouch.diagnosis.imitations import NO_EFFECTS, SOMETHING_ELSE, Shares, allowing, best_effect, split
+from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes, Names
+from bayestouch.diagnosis.imitations import (
+    NO_EFFECTS,
+    SOMETHING_ELSE,
+    Shares,
+    allowing,
+    best_effect,
+    judged,
+    split,
+)
+from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.verdict import structure_left
 
 Record = dict[str, Any]
-Row = tuple[str, bool]
-#: What is counted, in the order of the table.
+#: What is counted, and whether structure was left; None where both are counted together.
+Row = tuple[str, bool | None]
+# In the order of the table.
+WORDS = {
+    "alone": "named alone",
+    "first": "named first of several",
+    "beside": "second, after one that is there",
+    "instead": "second, after one that is not",
+    "further": "third or later",
+    "more": "not named, beside one that is there",
+    "passed_over": "fitted and not named",
+}
+OF_BOTH = {
+    "in_time": "something in time, fitted and not named",
+    "in_place": "none named: none is there",
+    "hidden": "none named: the best effect is there",
+}
 ROWS: dict[Row, str] = {
-    ("first", False): "named first, nothing left",
-    ("first", True): "named first, structure left",
-    ("later", False): "added to others, nothing left",
-    ("later", True): "added to others, structure left",
-    ("in_place", True): "none named, structure left: none is there",
-    ("hidden", True): "none named, structure left: the best effect is there",
+    **{(word, False): f"{text}; nothing left" for word, text in WORDS.items()},
+    **{(word, True): f"{text}; structure left" for word, text in WORDS.items()},
+    **{(word, None): text for word, text in OF_BOTH.items()},
 }
 
 
@@ -62,23 +83,43 @@ class Study:
     had: dict[bool, Shares] | None
 
 
-HAD = {False: Shares(0.92, 0.56, 0.80, 0.0), True: Shares(0.86, 0.51, 0.80, 0.0)}
+def of_two(first: float, later: float, in_place: float, hidden: float) -> Shares:
+    """Shares of earlier code, which told first causes from later ones only."""
+    return Shares(
+        alone=first,
+        first=first,
+        beside=later,
+        instead=later,
+        further=later,
+        more=0.0,
+        # all that was fitted counted as named
+        passed_over=0.0,
+        in_time=0.0,
+        in_place=in_place,
+        hidden=hidden,
+    )
+
+
+HAD = {False: of_two(0.92, 0.56, 0.80, 0.0), True: of_two(0.86, 0.51, 0.80, 0.0)}
+HAD_LATER = {False: of_two(0.85, 0.36, 0.60, 0.16), True: of_two(0.77, 0.50, 0.60, 0.16)}
 STUDIES = {
     "first": Study("blind_study", None),
     "second": Study("second_blind_study", HAD),
     "third": Study("third_blind_study", HAD),
+    "fourth": Study("fourth_blind_study", HAD_LATER),
+    "fifth": Study("fifth_blind_study", HAD_LATER),
 }
 
 
 @dataclass(frozen=True)
 class Count:
-    """Of so many causes that were named, how many were there."""
+    """Of so many causes that were named, how many were there; of causes that were passed over, their probabilities."""
 
-    there: int = 0
-    named: int = 0
+    there: float = 0
+    named: float = 0
 
     def __str__(self) -> str:
-        return f"{self.there} of {self.named}"
+        return " of ".join(f"{round(each, 1):g}" for each in (self.there, self.named))
 
     @property
     def share(self) -> float:
@@ -91,16 +132,31 @@ def effects_of(names: Iterable[str]) -> list[str]:
     return [each for each in names if each not in NO_EFFECTS]
 
 
-def named(record: Record) -> Iterator[tuple[Row, bool]]:
-    """Row of the table and whether it was there, for each cause that the verdict of a diagnosis names."""
+def counts_of(record: Record) -> Iterator[tuple[Row, bool, float]]:
+    """Row of the table, whether it was there, and its weight, for each cause that a diagnosis names or passes over."""
     left = structure_left(record["verdict"])
-    effects = effects_of(record["stated"])
+    effects, truth = effects_of(record["stated"]), set(record["truth"])
     for i, name in enumerate(effects):
-        yield ("later" if i else "first", left), name in record["truth"]
-    if not effects and left:
-        yield ("in_place", True), record["kind"] == "unlisted"
-        best = best_effect(recorded(record))
-        yield ("hidden", True), best is not None and list(best) == list(record["truth"])
+        after = "beside" if effects[0] in truth else "instead"
+        row = ("further" if i > 1 else after if i else "first") if len(effects) > 1 else "alone"
+        yield (row, left), name in truth, 1
+    if truth & set(effects):
+        yield ("more", left), bool(truth - set(effects)), 1
+    if judged(tuple(effects), left) is not None:
+        yield from _passed_over(record, effects, left)
+    else:
+        yield ("in_place", None), record["kind"] == "unlisted", 1
+        yield ("hidden", None), record["best"] is not None and list(record["best"]) == list(record["truth"]), 1
+
+
+def _passed_over(record: Record, effects: list[str], left: bool) -> Iterator[tuple[Row, bool, float]]:
+    truth = set(record["truth"])
+    for each in recorded(record):
+        for name in {*each.names} - {*effects, NOTHING, IN_PLACE}:
+            if name == IN_TIME:
+                yield ("in_time", None), bool(truth & DRIFTS - {*effects}), each.probability
+            else:
+                yield ("passed_over", left), name in truth, each.probability
 
 
 def recorded(record: Record) -> list[Causes]:
@@ -112,28 +168,28 @@ def counted(records: Iterable[Record]) -> dict[Row, Count]:
     """Counts by row, of all diagnoses that ended."""
     total = dict.fromkeys(ROWS, Count())
     for record in records:
-        for row, is_there in named(record):
+        for row, is_there, weight in counts_of(record):
             before = total[row]
-            total[row] = Count(before.there + is_there, before.named + 1)
+            total[row] = Count(before.there + is_there * weight, before.named + weight)
     return total
 
 
 def shares(of: Sequence[dict[Row, Count]]) -> dict[Row, float]:
-    """Mean of the studies' shares, by row."""
-    return {row: sum(each[row].share for each in of) / len(of) for row in ROWS}
+    """Shares of all fingers of these studies together, by row."""
+    return {row: Count(sum(each[row].there for each in of), sum(each[row].named for each in of)).share for row in ROWS}
 
 
 def by_structure(share: dict[Row, float]) -> dict[bool, Shares]:
     """The shares as the package has them, by whether structure is left."""
-    of_place = share["in_place", True], share["hidden", True]
-    return {left: Shares(share["first", left], share["later", left], *of_place) for left in (False, True)}
+    of_both = {word: share[word, None] for word in OF_BOTH}
+    return {left: Shares(**{word: share[word, left] for word in WORDS}, **of_both) for left in (False, True)}
 
 
 def results() -> dict[str, list[Record]]:
-    """Diagnoses of each study that ended, with what they state."""
+    """Diagnoses of each study that ended, with what they state, and probabilities as if a fitted set were right."""
     return {
         name: [
-            with_statement(each)
+            with_fitted(with_statement(each), one.had)
             for each in kept_lines(DOCS / "results" / one.folder / "results.jsonl")
             if each.get("causes")
         ]
@@ -141,14 +197,27 @@ def results() -> dict[str, list[Record]]:
     }
 
 
-def as_fitted(causes: Sequence[Causes], had: Shares) -> list[Causes]:
+def with_fitted(record: Record, had: dict[bool, Shares] | None) -> Record:
+    """The result with probabilities as if one of the fitted sets of causes were right, and with its `best` effect.
+
+    The probabilities were stated with shares `had`. The best effect is that of the stated ones: where it got a share of
+    a place, what it had before may be too little for the rounding.
+    """
+    stated = recorded(record)
+    best = best_effect(stated)
+    fitted = stated if had is None else as_fitted(stated, had[structure_left(record["verdict"])], best)
+    return {**record, "causes": [asdict(each) for each in fitted], "best": best}
+
+
+def as_fitted(causes: Sequence[Causes], had: Shares, best: Names | None) -> list[Causes]:
     """Probabilities as if one of the fitted sets were right, from those that allow for imitations with shares `had`."""
     left, out = {each.names: each.probability for each in causes}, list[Causes]()
-    # Each set has given parts to smaller ones only. So what a largest set has now is a known part of what it had.
-    for names in sorted(left, key=len, reverse=True):
-        if names == (SOMETHING_ELSE,):
+    # Each set has given parts to smaller ones only, and a place to an effect. So what a largest set has now is a known
+    # part of what it had.
+    for names in sorted(left, key=lambda each: (len(each), each == (IN_PLACE,)), reverse=True):
+        if SOMETHING_ELSE in names:  # it was not fitted
             continue
-        parts = dict(split(names, had, None))
+        parts = dict(split(names, None, had, best))
         whole = max(left[names] / parts[names], 0.0)
         out.append(Causes(names, whole))
         for part, share in parts.items():
@@ -156,11 +225,11 @@ def as_fitted(causes: Sequence[Causes], had: Shares) -> list[Causes]:
     return sorted(out, key=lambda each: -each.probability)
 
 
-def again(record: Record, had: dict[bool, Shares] | None, now: dict[bool, Shares]) -> Record:
+def again(record: Record, now: Mapping[bool, Shares]) -> Record:
     """The result with probabilities of causes that allow for imitations with the shares `now`."""
     left = structure_left(record["verdict"])
-    fitted = recorded(record) if had is None else as_fitted(recorded(record), had[left])
-    return {**record, "causes": [asdict(each) for each in allowing(fitted, now[left], best_effect(recorded(record)))]}
+    named = judged(tuple(effects_of(record["stated"])), left)
+    return {**record, "causes": [asdict(each) for each in allowing(recorded(record), named, now[left], record["best"])]}
 
 
 def left_out(found: dict[str, list[Record]]) -> str:
@@ -169,7 +238,7 @@ def left_out(found: dict[str, list[Record]]) -> str:
     rows = []
     for name, records in found.items():
         now = by_structure(shares([each for other, each in counts.items() if other != name]))
-        of = Forecasts.of([again(each, STUDIES[name].had, now) for each in records])
+        of = Forecasts.of([again(each, now) for each in records])
         scores = f"{of.calibration_error:.3f}", f"{of.log_score:.2f}", f"{of.rule_log_score:.2f}"
         rows.append([name, str(len(records)), *scores])
     return markdown_table(["study", "fingers", "calibration error", "log score", "log score of the verdict"], rows)
@@ -189,7 +258,7 @@ def main(arguments: list[str] | None = None) -> str:
     parser.add_argument("--docs", action="store_true", help="write the tables of docs/diagnosis.md")
     given = parser.parse_args(arguments)
     found = results()
-    text = f"{table(found)}\nWith the shares of the two other studies:\n\n{left_out(found)}"
+    text = f"{table(found)}\nWith the shares of the other studies:\n\n{left_out(found)}"
     print(text)
     if given.docs:
         put_into_page("imitations.py", text, DOCS / "diagnosis.md")

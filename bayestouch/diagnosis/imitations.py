@@ -3,18 +3,23 @@
 The probabilities of a search compare the models that were fitted, as if one of them were right. Often none is: an
 effect of a real sensor follows a formula of its own, and a cause that no catalogue has may imitate an effect. Then the
 fit needs a second effect to repair the formula of the first, or blames an effect that is not there. Touches of one
-sensor cannot say how often this happens. It was counted on simulated fingers whose causes are known: those of the three
+sensor cannot say how often this happens. It was counted on simulated fingers whose causes are known: those of the five
 blind studies, whose formulas nobody had seen (docs/diagnosis.md).
 
-Each named cause is there with the share that was counted, independently of the others; a set that loses its last cause
-is `SOMETHING_ELSE`. Where something in place is all that is left, an effect of the catalogue may hide in it: with one
-more share it is the effect that predicted best of those that were tried. "Nothing" is left as it is: it was right as
-often as the search says.
+* Each cause that the verdict names is there with a share that was counted: one share if it is named alone, another if
+  it is the first of several. The second has two shares, by whether the first one is there. Further ones have one.
+* A cause that was fitted, and not named beside those that were, was passed over: it has a share of its own.
+* A set that loses its last cause is `SOMETHING_ELSE`; where the verdict names none and finds no structure, `NOTHING`.
+  With one more share something else is there beside the causes that are.
+* Where something in place is all that is left, an effect of the catalogue may hide in it: with one more share it is the
+  effect that predicted best of those that were tried.
+
+Where the verdict finds structure and names no cause, nothing was passed over: all that was fitted counts as named.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import prod
@@ -31,59 +36,111 @@ NO_EFFECTS = {NOTHING, IN_PLACE, IN_TIME, SOMETHING_ELSE}
 
 @dataclass(frozen=True)
 class Shares:
-    """How often causes that a diagnosis named were there.
+    """How often causes were there that a diagnosis named, or passed over.
 
     Attributes
     ----------
-    first, later : float
-        Share of the causes that were named first, and of those that were added to others.
+    alone : float
+        Share of the causes that were there, where one was named.
+    first : float
+        Share of the first of several.
+    beside, instead : float
+        Share of the second of several where the first one was there, and where it was not.
+    further : float
+        Share of the third and of later ones.
+    more : float
+        Share of fingers with a cause that was not named, of those with one that was.
+    passed_over, in_time : float
+        Share of the causes that were there, of those that were fitted and not named: effects, and something in time.
     in_place, hidden : float
         Share of fingers with "something in place" alone on which no effect of the catalogue was simulated, and on which
         the effect that predicted best was, and no other.
     """
 
+    alone: float
     first: float
-    later: float
+    beside: float
+    instead: float
+    further: float
+    more: float
+    passed_over: float
+    in_time: float
     in_place: float
     hidden: float
 
 
-# Counted by studies/imitations.py, which its test compares.
-NOTHING_LEFT = Shares(first=0.85, later=0.36, in_place=0.60, hidden=0.16)
-STRUCTURE_LEFT = Shares(first=0.77, later=0.50, in_place=0.60, hidden=0.16)
+#: Shares by whether the diagnosis found structure that no cause explains. Counted by studies/imitations.py, which its
+#: test compares.
+SHARES = {
+    False: Shares(
+        alone=0.89,
+        first=0.74,
+        beside=0.37,
+        instead=0.56,
+        further=0.06,
+        more=0.01,
+        passed_over=0.05,
+        in_time=0.02,
+        in_place=0.49,
+        hidden=0.21,
+    ),
+    True: Shares(
+        alone=0.79,
+        first=0.70,
+        beside=0.56,
+        instead=0.42,
+        further=0.25,
+        more=0.18,
+        passed_over=0.31,
+        in_time=0.02,
+        in_place=0.49,
+        hidden=0.21,
+    ),
+}
 
 
-def with_imitations(found: Sequence[Causes], structure_left: bool) -> tuple[Causes, ...]:
+def with_imitations(found: Sequence[Causes], named: Names, structure_left: bool) -> tuple[Causes, ...]:
     """Sets of causes and their probabilities, which sum to one, most probable first.
 
     Parameters
     ----------
     found : sequence of Causes
         Sets that were fitted, and their probabilities as if one of them were right, most probable first.
+    named : tuple of str
+        Effects that the verdict names.
     structure_left : bool
         Whether the diagnosis found structure that none of the causes explains.
     """
-    return allowing(found, STRUCTURE_LEFT if structure_left else NOTHING_LEFT, best_effect(found))
+    return allowing(found, judged(named, structure_left), SHARES[structure_left], best_effect(found))
 
 
 def most_probable_alone(one: SearchRound) -> str | None:
     """Name of the effect that, alone, is more probable than all else that a first round tried; None if there is none.
 
-    It is counted as if it left structure, which is not known before it is fitted with others. After another effect none
-    is: such an effect was there in half of the fingers (`STRUCTURE_LEFT`).
+    It is counted as if it left structure, which is not known before it is fitted with others. Whether something else is
+    there beside it does not matter. After another effect none is more probable than not: of such effects about half
+    were there (`Shares.beside`, `Shares.instead`).
     """
     if one.before.names:
         return None
-    first = with_imitations(causes((one,)), structure_left=True)[0]
-    alone = len(first.names) == 1 and first.names[0] not in NO_EFFECTS
-    return first.names[0] if alone and first.probability > 0.5 else None
+    there: dict[str, float] = {}
+    for each in with_imitations(causes((one,)), (), structure_left=True):
+        effects = [name for name in each.names if name != SOMETHING_ELSE]
+        if len(effects) == 1 and effects[0] not in NO_EFFECTS:
+            there[effects[0]] = there.get(effects[0], 0.0) + each.probability
+    return next((name for name, probability in there.items() if probability > 0.5), None)
 
 
-def allowing(found: Sequence[Causes], shares: Shares, best: Names | None) -> tuple[Causes, ...]:
-    """`with_imitations` for any shares and any `best_effect`."""
+def judged(named: Names, structure_left: bool) -> Names | None:
+    """Effects that a verdict chose among all that were fitted; None if it left open which are there."""
+    return named if named or not structure_left else None
+
+
+def allowing(found: Iterable[Causes], named: Names | None, shares: Shares, best: Names | None) -> tuple[Causes, ...]:
+    """`with_imitations` for what is `judged`, for any shares and any `best_effect`."""
     total: dict[Names, float] = {}
     for each in found:
-        for names, share in split(each.names, shares, best):
+        for names, share in split(each.names, named, shares, best):
             total[names] = total.get(names, 0.0) + share * each.probability
     return tuple(Causes(*each) for each in sorted(total.items(), key=lambda each: -each[1]))
 
@@ -94,24 +151,48 @@ def best_effect(found: Sequence[Causes]) -> Names | None:
     return next((names for names in alone if names[0] not in NO_EFFECTS), None)
 
 
-def split(names: Names, shares: Shares, best: Names | None) -> Iterator[tuple[Names, float]]:
+def split(names: Names, named: Names | None, shares: Shares, best: Names | None) -> Iterator[tuple[Names, float]]:
     """What of a set of causes may be there, each with its share; the shares sum to one.
 
-    `best` is the `best_effect`, which may hide in something in place.
+    `named` are the effects that are `judged` to be there; `best` is the `best_effect`, which may hide in something in
+    place.
     """
     if names == (NOTHING,):
         yield names, 1.0
         return
-    named = tuple(each for each in names if each != IN_PLACE)
-    if not named:
-        hidden = 0.0 if best is None else shares.hidden
-        yield names, shares.in_place
-        if best is not None:
-            yield best, hidden
-        yield (SOMETHING_ELSE,), 1 - shares.in_place - hidden
-        return
-    of_each = (shares.first, *[shares.later] * (len(named) - 1))
-    for there in product((True, False), repeat=len(named)):
-        absent = {name for name, is_there in zip(named, there, strict=True) if not is_there}
-        left = tuple(each for each in names if each not in absent) if any(there) else (SOMETHING_ELSE,)
-        yield left, prod(one if is_there else 1 - one for one, is_there in zip(of_each, there, strict=True))
+    tried = [each for each in names if each != IN_PLACE]
+    over = [] if named is None else [each for each in tried if each not in named]
+    chosen = [each for each in tried if each not in over]
+    of_each = [shares.in_time if each == IN_TIME else shares.passed_over for each in over]
+    for there in product((True, False), repeat=len(tried)):
+        of_chosen, of_over = there[: len(chosen)], there[len(chosen) :]
+        probability = _of_named(of_chosen, shares) * _of_all(of_over, of_each)
+        absent = {name for name, is_there in zip([*chosen, *over], there, strict=True) if not is_there}
+        left = tuple(each for each in names if each not in absent)
+        if any(there):
+            yield left, probability * (1 - shares.more)
+            yield (*left, SOMETHING_ELSE), probability * shares.more
+        elif left and not chosen:
+            yield from ((each, probability * share) for each, share in _of_place(left, shares, best))
+        else:
+            yield (NOTHING,) if named == () else (SOMETHING_ELSE,), probability
+
+
+def _of_named(there: Sequence[bool], shares: Shares) -> float:
+    """Probability that of the named causes in a set these are there, in the order in which they were added."""
+    second = shares.beside if any(there[:1]) else shares.instead
+    of_each = [shares.first, second, *[shares.further] * len(there[2:])] if there[1:] else [shares.alone]
+    return _of_all(there, of_each[: len(there)])
+
+
+def _of_all(there: Sequence[bool], of_each: Sequence[float]) -> float:
+    return prod(share if is_there else 1 - share for is_there, share in zip(there, of_each, strict=True))
+
+
+def _of_place(place: Names, shares: Shares, best: Names | None) -> Iterator[tuple[Names, float]]:
+    """What something in place may be if nothing else is left."""
+    hidden = 0.0 if best is None else shares.hidden
+    yield place, shares.in_place
+    if best is not None:
+        yield best, hidden
+    yield (SOMETHING_ELSE,), 1 - shares.in_place - hidden

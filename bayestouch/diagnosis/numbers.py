@@ -28,6 +28,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
     held = traced.before.held_out
     said = verdict(len(traced.added), remaining, traced.returned)
     chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}
+    named = tuple(each.effect.name for each in traced.added)
     effects = [_effect(each, chosen[each.effect.name], traced.explained.calibration) for each in traced.added]
     numbers: Numbers = {
         "data": {
@@ -44,7 +45,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
         "change_against_stated_se": standard_errors(traced.before, after),
         "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(traced.returned)},
         "verdict": said,
-        "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), structure_left(said))],
+        "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), named, structure_left(said))],
         "effects": effects,
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {

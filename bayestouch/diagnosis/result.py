@@ -81,8 +81,8 @@ class Diagnosis(Summarised):
         """Probability of each set of causes that the search tried, by their names, most probable first.
 
         The probabilities sum to one. Besides effects, names are ``something in place`` (smooth functions of the place
-        touched), ``something in time`` (a drift that was not added), ``something else`` (a cause that was not tried)
-        and ``nothing``.
+        touched), ``something in time`` (a drift that was not added), ``something else`` (a cause that was not tried; in
+        a set with others it is there beside them) and ``nothing``.
         """
         return {tuple(each["names"]): each["probability"] for each in self.numbers["causes"]}
 
