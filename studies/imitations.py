@@ -33,10 +33,10 @@ from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes, Names
 from bayestouch.diagnosis.imitations import (
     NO_EFFECTS,
     SOMETHING_ELSE,
+    Named,
     Shares,
     allowing,
     best_effect,
-    judged,
     split,
 )
 from bayestouch.diagnosis.place_or_time import IN_PLACE
@@ -92,7 +92,7 @@ def of_two(first: float, later: float, in_place: float, hidden: float) -> Shares
         instead=later,
         further=later,
         more=0.0,
-        # all that was fitted counted as named
+        # all that was fitted counted as named (`ALL_OPEN`)
         passed_over=0.0,
         in_time=0.0,
         in_place=in_place,
@@ -100,6 +100,7 @@ def of_two(first: float, later: float, in_place: float, hidden: float) -> Shares
     )
 
 
+ALL_OPEN = Named((), structure_left=True)
 HAD = {False: of_two(0.92, 0.56, 0.80, 0.0), True: of_two(0.86, 0.51, 0.80, 0.0)}
 HAD_LATER = {False: of_two(0.85, 0.36, 0.60, 0.16), True: of_two(0.77, 0.50, 0.60, 0.16)}
 STUDIES = {
@@ -142,21 +143,31 @@ def counts_of(record: Record) -> Iterator[tuple[Row, bool, float]]:
         yield (row, left), name in truth, 1
     if truth & set(effects):
         yield ("more", left), bool(truth - set(effects)), 1
-    if judged(tuple(effects), left) is not None:
-        yield from _passed_over(record, effects, left)
-    else:
+    yield from _passed_over(record)
+    if left and not effects:
         yield ("in_place", None), record["kind"] == "unlisted", 1
         yield ("hidden", None), record["best"] is not None and list(record["best"]) == list(record["truth"]), 1
 
 
-def _passed_over(record: Record, effects: list[str], left: bool) -> Iterator[tuple[Row, bool, float]]:
-    truth = set(record["truth"])
+def _passed_over(record: Record) -> Iterator[tuple[Row, bool, float]]:
+    named, truth = named_by(record), set(record["truth"])
     for each in recorded(record):
-        for name in {*each.names} - {*effects, NOTHING, IN_PLACE}:
-            if name == IN_TIME:
-                yield ("in_time", None), bool(truth & DRIFTS - {*effects}), each.probability
-            else:
-                yield ("passed_over", left), name in truth, each.probability
+        for name in {*each.names} - {NOTHING, IN_PLACE}:
+            if named.passed_over(name, each.names):
+                if name == IN_TIME:
+                    yield ("in_time", None), bool(truth & DRIFTS - {*named.effects}), each.probability
+                else:
+                    yield ("passed_over", named.structure_left), name in truth, each.probability
+
+
+def named_by(record: Record) -> Named:
+    """What the verdict of a result says of causes."""
+    effects = effects_of(record["stated"])
+    drifts = DRIFTS - {*effects}
+    pairs = [
+        tuple(IN_TIME if each in drifts else each for each in pair) for pair in record.get("not_distinguishable", ())
+    ]
+    return Named(tuple(effects), structure_left(record["verdict"]), tuple(pairs))
 
 
 def recorded(record: Record) -> list[Causes]:
@@ -217,7 +228,7 @@ def as_fitted(causes: Sequence[Causes], had: Shares, best: Names | None) -> list
     for names in sorted(left, key=lambda each: (len(each), each == (IN_PLACE,)), reverse=True):
         if SOMETHING_ELSE in names:  # it was not fitted
             continue
-        parts = dict(split(names, None, had, best))
+        parts = dict(split(names, ALL_OPEN, had, best))
         whole = max(left[names] / parts[names], 0.0)
         out.append(Causes(names, whole))
         for part, share in parts.items():
@@ -227,9 +238,9 @@ def as_fitted(causes: Sequence[Causes], had: Shares, best: Names | None) -> list
 
 def again(record: Record, now: Mapping[bool, Shares]) -> Record:
     """The result with probabilities of causes that allow for imitations with the shares `now`."""
-    left = structure_left(record["verdict"])
-    named = judged(tuple(effects_of(record["stated"])), left)
-    return {**record, "causes": [asdict(each) for each in allowing(recorded(record), named, now[left], record["best"])]}
+    named = named_by(record)
+    allowed = allowing(recorded(record), named, now[named.structure_left], record["best"])
+    return {**record, "causes": [asdict(each) for each in allowed]}
 
 
 def left_out(found: dict[str, list[Record]]) -> str:

@@ -95,13 +95,18 @@ def causes(rounds: Sequence[SearchRound]) -> tuple[Causes, ...]:
     blocks = blocks_of(rounds[0].before)
     gains = [sums_of_blocks([each.gain[way] for each in models], blocks[way]) for way in _ways(rounds)]
     probability = weights(gains, prior)
-    drifts = {each.effect.name for one in rounds for each in one.tried if each.effect.random}
-    drifts -= set(rounds[-1].before.names)
+    drifts = drifts_not_added(rounds)
     total: dict[Names, float] = {}
     for model, share in zip(models, probability.tolist(), strict=True):
         names = tuple(IN_TIME if each in drifts else each for each in model.names) or (NOTHING,)
         total[names] = total.get(names, 0.0) + share
     return tuple(Causes(*each) for each in sorted(total.items(), key=lambda each: -each[1]))
+
+
+def drifts_not_added(rounds: Sequence[SearchRound]) -> set[str]:
+    """Names of the drifts that a search tried and did not add: as a cause they are something in time."""
+    drifts = {each.effect.name for one in rounds for each in one.tried if each.effect.random}
+    return drifts - set(rounds[-1].before.names)
 
 
 def weights(gains: Sequence[FloatArray], log_prior: FloatArray, draws: int = DRAWS) -> FloatArray:

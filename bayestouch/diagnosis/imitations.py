@@ -8,7 +8,8 @@ blind studies, whose formulas nobody had seen (docs/diagnosis.md).
 
 * Each cause that the verdict names is there with a share that was counted: one share if it is named alone, another if
   it is the first of several. The second has two shares, by whether the first one is there. Further ones have one.
-* A cause that was fitted, and not named beside those that were, was passed over: it has a share of its own.
+* A cause that was fitted and not named was passed over: it has a share of its own. But it counts as named in a set
+  without a cause that these data do not distinguish from it.
 * A set that loses its last cause is `SOMETHING_ELSE`; where the verdict names none and finds no structure, `NOTHING`.
   With one more share something else is there beside the causes that are.
 * Where something in place is all that is left, an effect of the catalogue may hide in it: with one more share it is the
@@ -79,8 +80,8 @@ SHARES = {
         instead=0.56,
         further=0.06,
         more=0.01,
-        passed_over=0.05,
-        in_time=0.02,
+        passed_over=0.04,
+        in_time=0.01,
         in_place=0.49,
         hidden=0.21,
     ),
@@ -92,26 +93,55 @@ SHARES = {
         further=0.25,
         more=0.18,
         passed_over=0.31,
-        in_time=0.02,
+        in_time=0.01,
         in_place=0.49,
         hidden=0.21,
     ),
 }
 
 
-def with_imitations(found: Sequence[Causes], named: Names, structure_left: bool) -> tuple[Causes, ...]:
+@dataclass(frozen=True)
+class Named:
+    """What a verdict says of causes.
+
+    Attributes
+    ----------
+    effects : tuple of str
+        Effects that it names.
+    structure_left : bool
+        Whether the diagnosis found structure that none of the causes explains.
+    not_distinguishable : tuple of tuple of str
+        Pairs of causes between which the data do not decide, with the names that sets of causes have.
+    """
+
+    effects: Names
+    structure_left: bool
+    not_distinguishable: tuple[Names, ...] = ()
+
+    def passed_over(self, name: str, names: Names) -> bool:
+        """Whether a cause in a set of causes was passed over: all are open if structure is left and none is named."""
+        if name in self.effects or (self.structure_left and not self.effects):
+            return False
+        rivals = [{*pair} - {name} for pair in self.not_distinguishable if name in pair]
+        return all(rival & {*names} for rival in rivals)
+
+    @property
+    def nothing(self) -> bool:
+        """Whether nothing is there: no effect is named, and no structure is left."""
+        return not self.effects and not self.structure_left
+
+
+def with_imitations(found: Sequence[Causes], named: Named) -> tuple[Causes, ...]:
     """Sets of causes and their probabilities, which sum to one, most probable first.
 
     Parameters
     ----------
     found : sequence of Causes
         Sets that were fitted, and their probabilities as if one of them were right, most probable first.
-    named : tuple of str
-        Effects that the verdict names.
-    structure_left : bool
-        Whether the diagnosis found structure that none of the causes explains.
+    named : Named
+        What the verdict names.
     """
-    return allowing(found, judged(named, structure_left), SHARES[structure_left], best_effect(found))
+    return allowing(found, named, SHARES[named.structure_left], best_effect(found))
 
 
 def most_probable_alone(one: SearchRound) -> str | None:
@@ -124,20 +154,15 @@ def most_probable_alone(one: SearchRound) -> str | None:
     if one.before.names:
         return None
     there: dict[str, float] = {}
-    for each in with_imitations(causes((one,)), (), structure_left=True):
+    for each in with_imitations(causes((one,)), Named((), structure_left=True)):
         effects = [name for name in each.names if name != SOMETHING_ELSE]
         if len(effects) == 1 and effects[0] not in NO_EFFECTS:
             there[effects[0]] = there.get(effects[0], 0.0) + each.probability
     return next((name for name, probability in there.items() if probability > 0.5), None)
 
 
-def judged(named: Names, structure_left: bool) -> Names | None:
-    """Effects that a verdict chose among all that were fitted; None if it left open which are there."""
-    return named if named or not structure_left else None
-
-
-def allowing(found: Iterable[Causes], named: Names | None, shares: Shares, best: Names | None) -> tuple[Causes, ...]:
-    """`with_imitations` for what is `judged`, for any shares and any `best_effect`."""
+def allowing(found: Iterable[Causes], named: Named, shares: Shares, best: Names | None) -> tuple[Causes, ...]:
+    """`with_imitations` for any shares and any `best_effect`."""
     total: dict[Names, float] = {}
     for each in found:
         for names, share in split(each.names, named, shares, best):
@@ -151,17 +176,16 @@ def best_effect(found: Sequence[Causes]) -> Names | None:
     return next((names for names in alone if names[0] not in NO_EFFECTS), None)
 
 
-def split(names: Names, named: Names | None, shares: Shares, best: Names | None) -> Iterator[tuple[Names, float]]:
+def split(names: Names, named: Named, shares: Shares, best: Names | None) -> Iterator[tuple[Names, float]]:
     """What of a set of causes may be there, each with its share; the shares sum to one.
 
-    `named` are the effects that are `judged` to be there; `best` is the `best_effect`, which may hide in something in
-    place.
+    `best` is the `best_effect`, which may hide in something in place.
     """
     if names == (NOTHING,):
         yield names, 1.0
         return
     tried = [each for each in names if each != IN_PLACE]
-    over = [] if named is None else [each for each in tried if each not in named]
+    over = [each for each in tried if named.passed_over(each, names)]
     chosen = [each for each in tried if each not in over]
     of_each = [shares.in_time if each == IN_TIME else shares.passed_over for each in over]
     for there in product((True, False), repeat=len(tried)):
@@ -175,7 +199,7 @@ def split(names: Names, named: Names | None, shares: Shares, best: Names | None)
         elif left and not chosen:
             yield from ((each, probability * share) for each, share in _of_place(left, shares, best))
         else:
-            yield (NOTHING,) if named == () else (SOMETHING_ELSE,), probability
+            yield (NOTHING,) if named.nothing else (SOMETHING_ELSE,), probability
 
 
 def _of_named(there: Sequence[bool], shares: Shares) -> float:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.diagnosis.causes import causes
+from bayestouch.diagnosis.causes import IN_TIME, causes, drifts_not_added
 from bayestouch.diagnosis.change import standard_errors
-from bayestouch.diagnosis.imitations import with_imitations
+from bayestouch.diagnosis.imitations import Named, with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
@@ -28,7 +28,6 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
     held = traced.before.held_out
     said = verdict(len(traced.added), remaining, traced.returned)
     chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}
-    named = tuple(each.effect.name for each in traced.added)
     effects = [_effect(each, chosen[each.effect.name], traced.explained.calibration) for each in traced.added]
     numbers: Numbers = {
         "data": {
@@ -45,7 +44,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
         "change_against_stated_se": standard_errors(traced.before, after),
         "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(traced.returned)},
         "verdict": said,
-        "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), named, structure_left(said))],
+        "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), _named(traced, said))],
         "effects": effects,
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {
@@ -120,6 +119,13 @@ def _not_distinguishable(traced: Traced) -> list[list[str]]:
     added = [each.added for each in traced.rounds if each.added is not None]
     pairs = [[each.effect.name, other] for each in added for other in each.indistinguishable]
     return pairs + [[each.drift, IN_PLACE] for each in traced.rounds[-1].place_or_time if each.undecided]
+
+
+def _named(traced: Traced, said: str) -> Named:
+    """What the verdict says of causes, with the names that sets of causes have."""
+    drifts = drifts_not_added(traced.rounds)
+    pairs = [tuple(IN_TIME if each in drifts else each for each in pair) for pair in _not_distinguishable(traced)]
+    return Named(tuple(each.effect.name for each in traced.added), structure_left(said), tuple(pairs))
 
 
 def _difference(found: Difference) -> Numbers:

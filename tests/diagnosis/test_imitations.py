@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bayestouch.diagnosis import imitations
 from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes
-from bayestouch.diagnosis.imitations import SHARES, SOMETHING_ELSE, with_imitations
+from bayestouch.diagnosis.imitations import SHARES, SOMETHING_ELSE, Named, with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 
 NAMES = ("creep", "memory", "gain_drift", IN_TIME)
@@ -18,9 +18,12 @@ LEFT, NOT_LEFT = SHARES[True], SHARES[False]
 
 
 def split(
-    *found: tuple[tuple[str, ...], float], named: tuple[str, ...] = (), structure_left: bool = False
+    *found: tuple[tuple[str, ...], float],
+    named: tuple[str, ...] = (),
+    structure_left: bool = False,
+    not_distinguishable: tuple[tuple[str, ...], ...] = (),
 ) -> dict[tuple[str, ...], float]:
-    sets = with_imitations([Causes(*each) for each in found], named, structure_left)
+    sets = with_imitations([Causes(*each) for each in found], Named(named, structure_left, not_distinguishable))
     return {each.names: each.probability for each in sets}
 
 
@@ -73,6 +76,23 @@ def test_an_effect_that_was_passed_over_has_a_share_of_its_own() -> None:
 def test_something_in_time_that_was_passed_over_has_another_share() -> None:
     found = split((("creep", IN_TIME), 1.0), named=("creep",), structure_left=True)
     assert sum(p for names, p in found.items() if IN_TIME in names) == pytest.approx(LEFT.in_time)
+
+
+def test_a_cause_that_is_not_distinguishable_is_not_passed_over() -> None:
+    """In place of the other it counts as named; beside it, it was passed over."""
+    sets = ((IN_TIME,), 0.5), (("creep", IN_TIME), 0.25), (("creep",), 0.25)
+    found = split(*sets, named=("creep",), not_distinguishable=(("creep", IN_TIME),))
+    of = NOT_LEFT
+    assert found[IN_TIME,] == pytest.approx((0.5 * of.alone + 0.25 * of.in_time * (1 - of.alone)) * (1 - of.more))
+    assert found["creep",] == pytest.approx((0.25 + 0.25 * (1 - of.in_time)) * of.alone * (1 - of.more))
+    undecided = split(
+        (("creep", IN_TIME), 1.0),
+        named=("creep",),
+        structure_left=True,
+        not_distinguishable=((IN_TIME, IN_PLACE),),
+    )
+    there = LEFT.first * LEFT.beside
+    assert undecided["creep", IN_TIME] == pytest.approx(there * (1 - LEFT.more))
 
 
 def test_nothing_is_left_as_it_is_and_a_place_alone_may_be_an_effect() -> None:

@@ -17,7 +17,10 @@ module = study("imitations")
 
 def result(kind: str, truth: list[str], verdict: str, *stated: str) -> dict[str, Any]:
     causes = [{"names": list(stated), "probability": 1.0}]
-    return {"kind": kind, "truth": truth, "verdict": verdict, "stated": list(stated), "causes": causes, "best": None}
+    return {"kind": kind, "truth": truth, "verdict": verdict, "stated": list(stated), "causes": causes} | {
+        "best": None,
+        "not_distinguishable": [],
+    }
 
 
 def test_counts_by_hand() -> None:
@@ -63,6 +66,11 @@ def test_what_was_passed_over_counts_with_its_probability() -> None:
     assert found["passed_over", False] == module.Count(0.25, 0.5)
     assert found["in_time", None] == module.Count(0.25, 0.5)
     assert found["passed_over", True] == module.Count()
+    rival = {**two, "stated": ["memory"], "not_distinguishable": [["memory", "creep"]]}
+    found = module.counted([rival])
+    # In two of the three sets "creep" stands in place of "memory", and only beside it was it passed over.
+    assert found["passed_over", False] == module.Count(0.25, 0.25)
+    assert found["in_time", None] == module.Count(0.25, 0.25)
 
 
 def test_each_finger_has_the_same_weight() -> None:
@@ -84,7 +92,7 @@ def test_probabilities_are_taken_back(left: bool, had: str) -> None:
         Causes((NOTHING,), 0.05),
     ]
     of, best = getattr(module, had)[left], ("memory",)
-    after = module.as_fitted(package.allowing(before, None, of, best), of, best)
+    after = module.as_fitted(package.allowing(before, module.ALL_OPEN, of, best), of, best)
     found = {each.names: each.probability for each in after}
     assert found == pytest.approx({**dict.fromkeys(found, 0.0), **{each.names: each.probability for each in before}})
 
