@@ -53,12 +53,12 @@ WORDS = {
     "instead": "second, after one that is not",
     "further": "third or later",
     "more": "not named, beside one that is there",
-    "passed_over": "fitted and not named",
+    "passed_over": "tried and not named",
 }
 OF_BOTH = {
-    "in_time": "something in time, fitted and not named",
-    "in_place": "none named: none is there",
-    "hidden": "none named: the best effect is there",
+    "in_time": "something in time, tried and not named",
+    "unlisted": "unattributed: the cause is in no catalogue",
+    "hidden": "unattributed: the best effect is there",
 }
 ROWS: dict[Row, str] = {
     **{(word, False): f"{text}; nothing left" for word, text in WORDS.items()},
@@ -83,7 +83,7 @@ class Study:
     had: dict[bool, Shares] | None
 
 
-def of_two(first: float, later: float, in_place: float, hidden: float) -> Shares:
+def of_two(first: float, later: float, unlisted: float, hidden: float) -> Shares:
     """Shares of earlier code, which told first causes from later ones only."""
     return Shares(
         alone=first,
@@ -95,7 +95,7 @@ def of_two(first: float, later: float, in_place: float, hidden: float) -> Shares
         # all that was fitted counted as named (`ALL_OPEN`)
         passed_over=0.0,
         in_time=0.0,
-        in_place=in_place,
+        unlisted=unlisted,
         hidden=hidden,
     )
 
@@ -114,18 +114,18 @@ STUDIES = {
 
 @dataclass(frozen=True)
 class Count:
-    """Of so many causes that were named, how many were there; of causes that were passed over, their probabilities."""
+    """Of so many causes, how many were there; of causes that were passed over, their probabilities."""
 
     there: float = 0
-    named: float = 0
+    of: float = 0
 
     def __str__(self) -> str:
-        return " of ".join(f"{round(each, 1):g}" for each in (self.there, self.named))
+        return " of ".join(f"{round(each, 1):g}" for each in (self.there, self.of))
 
     @property
     def share(self) -> float:
         """Share that was there."""
-        return self.there / self.named
+        return self.there / self.of
 
 
 def effects_of(names: Iterable[str]) -> list[str]:
@@ -145,7 +145,7 @@ def counts_of(record: Record) -> Iterator[tuple[Row, bool, float]]:
         yield ("more", left), bool(truth - set(effects)), 1
     yield from _passed_over(record)
     if left and not effects:
-        yield ("in_place", None), record["kind"] == "unlisted", 1
+        yield ("unlisted", None), record["kind"] == "unlisted", 1
         yield ("hidden", None), record["best"] is not None and list(record["best"]) == list(record["truth"]), 1
 
 
@@ -181,13 +181,13 @@ def counted(records: Iterable[Record]) -> dict[Row, Count]:
     for record in records:
         for row, is_there, weight in counts_of(record):
             before = total[row]
-            total[row] = Count(before.there + is_there * weight, before.named + weight)
+            total[row] = Count(before.there + is_there * weight, before.of + weight)
     return total
 
 
 def shares(of: Sequence[dict[Row, Count]]) -> dict[Row, float]:
     """Shares of all fingers of these studies together, by row."""
-    return {row: Count(sum(each[row].there for each in of), sum(each[row].named for each in of)).share for row in ROWS}
+    return {row: Count(sum(each[row].there for each in of), sum(each[row].of for each in of)).share for row in ROWS}
 
 
 def by_structure(share: dict[Row, float]) -> dict[bool, Shares]:
@@ -244,15 +244,21 @@ def again(record: Record, now: Mapping[bool, Shares]) -> Record:
 
 
 def left_out(found: dict[str, list[Record]]) -> str:
-    """Calibration error and log scores of each study with the shares of the others."""
+    """Calibration error and log scores of each study with the shares of the others.
+
+    The calibration error, too, of the fingers on which the verdict decides what is there.
+    """
     counts = {name: counted(records) for name, records in found.items()}
     rows = []
     for name, records in found.items():
         now = by_structure(shares([each for other, each in counts.items() if other != name]))
-        of = Forecasts.of([again(each, now) for each in records])
-        scores = f"{of.calibration_error:.3f}", f"{of.log_score:.2f}", f"{of.rule_log_score:.2f}"
-        rows.append([name, str(len(records)), *scores])
-    return markdown_table(["study", "fingers", "calibration error", "log score", "log score of the verdict"], rows)
+        all_of_it = [again(each, now) for each in records]
+        of = Forecasts.of(all_of_it)
+        decided = Forecasts.of([each for each in all_of_it if each["verdict"] != "unattributed"])
+        errors = f"{of.calibration_error:.3f}", f"{decided.calibration_error:.3f}"
+        rows.append([name, str(len(records)), *errors, f"{of.log_score:.2f}", f"{of.rule_log_score:.2f}"])
+    head = ("study", "fingers", "calibration error", "without unattributed", "log score", "log score of the verdict")
+    return markdown_table(head, rows)
 
 
 def table(found: dict[str, list[Record]]) -> str:

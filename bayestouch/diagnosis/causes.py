@@ -98,7 +98,7 @@ def causes(rounds: Sequence[SearchRound]) -> tuple[Causes, ...]:
     drifts = drifts_not_added(rounds)
     total: dict[Names, float] = {}
     for model, share in zip(models, probability.tolist(), strict=True):
-        names = tuple(IN_TIME if each in drifts else each for each in model.names) or (NOTHING,)
+        names = tuple(dict.fromkeys(IN_TIME if each in drifts else each for each in model.names)) or (NOTHING,)
         total[names] = total.get(names, 0.0) + share
     return tuple(Causes(*each) for each in sorted(total.items(), key=lambda each: -each[1]))
 

@@ -6,16 +6,16 @@ fit needs a second effect to repair the formula of the first, or blames an effec
 sensor cannot say how often this happens. It was counted on simulated fingers whose causes are known: those of the five
 blind studies, whose formulas nobody had seen (docs/diagnosis.md).
 
-* Each cause that the verdict names is there with a share that was counted: one share if it is named alone, another if
-  it is the first of several. The second has two shares, by whether the first one is there. Further ones have one.
-* A cause that was fitted and not named was passed over: it has a share of its own. But it counts as named in a set
-  without a cause that these data do not distinguish from it.
+* Each named cause of a set is there with a share that was counted: one share if the set has no other named one, another
+  if it is the first of several. The second has two shares, by whether the first one is there. Further ones have one.
+* A cause that was tried and not named was passed over: it has a share of its own. But it counts as named in a set
+  without its rival: a named cause, or something in place, from which these data do not distinguish it.
 * A set that loses its last cause is `SOMETHING_ELSE`; where the verdict names none and finds no structure, `NOTHING`.
   With one more share something else is there beside the causes that are.
 * Where something in place is all that is left, an effect of the catalogue may hide in it: with one more share it is the
   effect that predicted best of those that were tried.
 
-Where the verdict finds structure and names no cause, nothing was passed over: all that was fitted counts as named.
+Where the verdict finds structure and names no cause, nothing was passed over: all that was tried counts as named.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes, Names, causes
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.rounds import SearchRound
 
-#: Name of a cause that was not tried: it is in no catalogue, or follows another formula than the catalogue's.
+#: Name of a cause that a set does not name.
 SOMETHING_ELSE = "something else"
 #: Names of sets of causes that are not effects.
 NO_EFFECTS = {NOTHING, IN_PLACE, IN_TIME, SOMETHING_ELSE}
@@ -52,10 +52,10 @@ class Shares:
     more : float
         Share of fingers with a cause that was not named, of those with one that was.
     passed_over, in_time : float
-        Share of the causes that were there, of those that were fitted and not named: effects, and something in time.
-    in_place, hidden : float
-        Share of fingers with "something in place" alone on which no effect of the catalogue was simulated, and on which
-        the effect that predicted best was, and no other.
+        Share of the causes that were there, of those that were tried and not named: effects, and something in time.
+    unlisted, hidden : float
+        Share of fingers with the verdict "unattributed" whose cause was in no catalogue, and on which the effect that
+        predicted best was simulated, and no other.
     """
 
     alone: float
@@ -66,7 +66,7 @@ class Shares:
     more: float
     passed_over: float
     in_time: float
-    in_place: float
+    unlisted: float
     hidden: float
 
 
@@ -82,7 +82,7 @@ SHARES = {
         more=0.01,
         passed_over=0.04,
         in_time=0.01,
-        in_place=0.49,
+        unlisted=0.49,
         hidden=0.21,
     ),
     True: Shares(
@@ -94,7 +94,7 @@ SHARES = {
         more=0.18,
         passed_over=0.31,
         in_time=0.01,
-        in_place=0.49,
+        unlisted=0.49,
         hidden=0.21,
     ),
 }
@@ -118,17 +118,17 @@ class Named:
     structure_left: bool
     not_distinguishable: tuple[Names, ...] = ()
 
-    def passed_over(self, name: str, names: Names) -> bool:
-        """Whether a cause in a set of causes was passed over: all are open if structure is left and none is named."""
-        if name in self.effects or (self.structure_left and not self.effects):
-            return False
-        rivals = [{*pair} - {name} for pair in self.not_distinguishable if name in pair]
-        return all(rival & {*names} for rival in rivals)
-
     @property
-    def nothing(self) -> bool:
-        """Whether nothing is there: no effect is named, and no structure is left."""
+    def adequate(self) -> bool:
+        """Whether no effect is named, and no structure is left."""
         return not self.effects and not self.structure_left
+
+    def passed_over(self, name: str, names: Names) -> bool:
+        """Whether a cause in a set of causes was passed over: none was if structure is left and no effect is named."""
+        if not self.effects:
+            return self.adequate
+        rivals = {each for pair in self.not_distinguishable if name in pair for each in pair if each != name}
+        return name not in self.effects and rivals & {*self.effects, IN_PLACE} <= {*names}
 
 
 def with_imitations(found: Sequence[Causes], named: Named) -> tuple[Causes, ...]:
@@ -148,8 +148,8 @@ def most_probable_alone(one: SearchRound) -> str | None:
     """Name of the effect that, alone, is more probable than all else that a first round tried; None if there is none.
 
     It is counted as if it left structure, which is not known before it is fitted with others. Whether something else is
-    there beside it does not matter. After another effect none is more probable than not: of such effects about half
-    were there (`Shares.beside`, `Shares.instead`).
+    there beside it does not matter. After another effect none is named like this: about half of such effects were there
+    (`Shares.beside`, `Shares.instead`).
     """
     if one.before.names:
         return None
@@ -199,7 +199,7 @@ def split(names: Names, named: Named, shares: Shares, best: Names | None) -> Ite
         elif left and not chosen:
             yield from ((each, probability * share) for each, share in _of_place(left, shares, best))
         else:
-            yield (NOTHING,) if named.nothing else (SOMETHING_ELSE,), probability
+            yield (NOTHING,) if named.adequate else (SOMETHING_ELSE,), probability
 
 
 def _of_named(there: Sequence[bool], shares: Shares) -> float:
@@ -216,7 +216,7 @@ def _of_all(there: Sequence[bool], of_each: Sequence[float]) -> float:
 def _of_place(place: Names, shares: Shares, best: Names | None) -> Iterator[tuple[Names, float]]:
     """What something in place may be if nothing else is left."""
     hidden = 0.0 if best is None else shares.hidden
-    yield place, shares.in_place
+    yield place, shares.unlisted
     if best is not None:
         yield best, hidden
-    yield (SOMETHING_ELSE,), 1 - shares.in_place - hidden
+    yield (SOMETHING_ELSE,), 1 - shares.unlisted - hidden

@@ -159,6 +159,9 @@ def test_drifts_that_were_not_added_share_a_name(monkeypatch: pytest.MonkeyPatch
     }
     assert set(added) == {(NOTHING,), ("zero",), (IN_TIME,), ("zero", IN_TIME)}
     assert added[("zero",)] == added[(IN_TIME,)] == pytest.approx(3 * added[("zero", IN_TIME)])
+    dropped = one_round((), held_out=held(-10))
+    rounds = (one_round((), one, two, added=0, held_out=held(-10)), last, dropped)
+    assert {each.names for each in causes(rounds)} == {(NOTHING,), (IN_TIME,)}
 
 
 @pytest.mark.slow

@@ -95,11 +95,20 @@ def test_a_cause_that_is_not_distinguishable_is_not_passed_over() -> None:
     assert undecided["creep", IN_TIME] == pytest.approx(there * (1 - LEFT.more))
 
 
+def test_a_rival_that_is_not_named_opens_nothing() -> None:
+    """Nor does something in place where nothing is named and no structure is left."""
+    of = NOT_LEFT
+    dropped = split((("memory",), 1.0), named=("creep",), not_distinguishable=(("gain_drift", "memory"),))
+    assert dropped["memory",] == pytest.approx(of.passed_over * (1 - of.more))
+    nothing = split(((IN_TIME,), 1.0), not_distinguishable=((IN_TIME, IN_PLACE),))
+    assert nothing[NOTHING,] == pytest.approx(1 - of.in_time)
+
+
 def test_nothing_is_left_as_it_is_and_a_place_alone_may_be_an_effect() -> None:
     found = split(((NOTHING,), 0.8), ((IN_PLACE,), 0.2))
     assert found[NOTHING,] == 0.8
-    assert found[IN_PLACE,] == pytest.approx(0.2 * NOT_LEFT.in_place)
-    assert found[SOMETHING_ELSE,] == pytest.approx(0.2 * (1 - NOT_LEFT.in_place))
+    assert found[IN_PLACE,] == pytest.approx(0.2 * NOT_LEFT.unlisted)
+    assert found[SOMETHING_ELSE,] == pytest.approx(0.2 * (1 - NOT_LEFT.unlisted))
 
 
 def test_the_effect_that_predicted_best_may_hide_in_the_place() -> None:
@@ -107,9 +116,9 @@ def test_the_effect_that_predicted_best_may_hide_in_the_place() -> None:
     sets = ((IN_PLACE,), 0.9), ((IN_TIME,), 0.1), (("creep", IN_PLACE), 0.0), (("memory",), 0.0), (("creep",), 0.0)
     found = split(*sets, structure_left=True)
     assert found["memory",] == pytest.approx(0.9 * LEFT.hidden)
-    assert found[IN_PLACE,] == pytest.approx(0.9 * LEFT.in_place)
+    assert found[IN_PLACE,] == pytest.approx(0.9 * LEFT.unlisted)
     assert found["creep",] == 0.0
-    rest = 1 - LEFT.in_place - LEFT.hidden
+    rest = 1 - LEFT.unlisted - LEFT.hidden
     assert found[SOMETHING_ELSE,] == pytest.approx(0.9 * rest + 0.1 * (1 - LEFT.alone))
 
 

@@ -41,7 +41,7 @@ def test_counts_by_hand() -> None:
             {**place, "kind": "pair", "truth": ["creep", "memory"]},
         ]
     )
-    counts = {row: str(count) for row, count in found.items() if count.named}
+    counts = {row: str(count) for row, count in found.items() if count.of}
     assert counts == {
         ("alone", False): "1 of 1",
         ("first", False): "2 of 3",
@@ -51,7 +51,7 @@ def test_counts_by_hand() -> None:
         ("more", False): "0 of 4",
         ("alone", True): "1 of 2",
         ("more", True): "1 of 1",
-        ("in_place", None): "1 of 3",
+        ("unlisted", None): "1 of 3",
         ("hidden", None): "1 of 3",
     }
 
