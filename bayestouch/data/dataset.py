@@ -151,7 +151,11 @@ def load_dataset(path: str | Path) -> DataSet:
     bayestouch.errors.InputError: your-finger: no such folder
     """
     folder = Path(path)
-    if not folder.exists():
+    try:
+        there = folder.exists()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", file=folder) from error
+    if not there:
         raise InputError("no such folder", file=folder)
     if not folder.is_dir():
         raise InputError("expected a folder with sensor.toml and touches.csv, got a file", file=folder)

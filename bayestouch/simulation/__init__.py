@@ -98,13 +98,21 @@ def save_simulated(
     """Write the data set to a folder, with the true values in ``truth.json`` if `truth` is True.
 
     If it is False, the true values of another data set that was in the folder are removed.
+
+    Raises
+    ------
+    InputError
+        As `save_dataset`, or the folder has a folder ``truth.json``; then nothing changes.
     """
+    file = Path(path) / TRUTH
+    if file.is_dir():
+        raise InputError("expected no folder of this name beside the tables of a data set", file=file)
     text = json.dumps(_plain(simulated.truth), indent=1, allow_nan=False) + "\n"
     save_dataset(simulated.dataset, path, format)
     if truth:
-        (Path(path) / TRUTH).write_text(text, encoding="utf-8")
+        file.write_text(text, encoding="utf-8")
     else:
-        (Path(path) / TRUTH).unlink(missing_ok=True)
+        file.unlink(missing_ok=True)
 
 
 def simulate(

@@ -222,6 +222,7 @@ def test_a_header_of_thousands_of_long_names_still_gives_a_short_line(write: Cal
 def test_a_missing_folder_or_file(tmp_path: Path, write: Callable[..., Path]) -> None:
     assert error(tmp_path / "none") == f"{tmp_path}/none: no such folder"
     assert error(tmp_path) == "sensor.toml: no such file"
+    assert error(tmp_path / ("n" * 300)).endswith("nnn: cannot be read: File name too long")
     path = write(GOOD)
     assert (
         error(path / "touches.csv")

@@ -237,6 +237,13 @@ def test_numbers_of_numpy_are_written(tmp_path: Path) -> None:
     assert truth["design"]["element_x_mm"] == list(QUIET_PAD.element_x_mm)
 
 
+def test_a_folder_named_truth_stops_before_anything_is_written(tmp_path: Path) -> None:
+    (tmp_path / "truth.json").mkdir()
+    with pytest.raises(InputError, match=r"truth\.json: expected no folder of this name"):
+        save_simulated(simulate(FingerDesign(n_elements=4), seed=3), tmp_path, truth=False)
+    assert [each.name for each in tmp_path.iterdir()] == ["truth.json"]
+
+
 def test_marked_as_simulated() -> None:
     for simulated in (embedded_dataset(), simulate(QUIET_PAD, seed=3)):
         sensor = simulated.dataset.sensor
