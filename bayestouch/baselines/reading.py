@@ -149,4 +149,6 @@ def _of_location(
     node = np.ravel_multi_index(tuple(step.astype(int) for step in steps), tuple(len(axis) for axis in axes))
     own = weight[np.arange(len(weight)), node]
     above = np.where(weight > own[:, None], weight, 0.0).sum(axis=1)
-    return mean, sd, above + 0.5 * own <= COVERAGE
+    # A reference beyond the places of the prior is in no region.
+    there = np.all([(x >= axis[0]) & (x <= axis[-1]) for x, axis in zip(reference.T, axes, strict=True)], axis=0)
+    return mean, sd, there & (above + 0.5 * own <= COVERAGE)

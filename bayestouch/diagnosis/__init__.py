@@ -31,8 +31,8 @@ def diagnose(
     ----------
     dataset : DataSet
         Sensor and touches. The location and, on a finger, the indenter of touches must be known. Half of the touches to
-        infer are held out of every fit and every decision; on a pad without a calibration table, every fourth block of
-        touches is.
+        infer are held out of every fit and every decision. Without a calibration table, or with fewer than 20 such
+        touches, a quarter is held out of what there is (on a pad in blocks), if there is enough.
     contact : {"layer", "hertz", "approximate frictionless"}, optional
         Contact model of a finger without effects; by default the exact contact on the bonded layer.
     kernel : str, optional

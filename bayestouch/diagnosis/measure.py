@@ -108,7 +108,7 @@ def _place_or_time_advice(last: SearchRound, drift: str) -> Advice:
     """
     (found,) = (each.fitted for each in last.tried if each.effect.name == drift)
     assert found is not None
-    error = found.whitening.touches(found.drifted)
+    error = found.whitening.touches(found.last_drifted)
     square = float((error**2 / (1 + (error**2).mean(axis=0))).sum(axis=1).mean())
     number = next((each for each in NUMBERS if each * square >= ENOUGH), None)
     what = "at the first places again, at the end, or as many as before in a random order"

@@ -18,7 +18,7 @@ class RigidCore(Effect):
     """The rubber is a thin layer on a rigid core; the base model assumes a half-space (Hertz).
 
     It is tried with another contact model than the default, `layer`, which has the rigid core already. The layer is
-    stiffer, so contacts are narrower. `share` = 0 is the pressure spectrum of Hertz, `share` = 1 is the
+    stiffer, so contacts are narrower. `share` = 0 is the pressure spectrum of the contact model, `share` = 1 is the
     exact one on a bonded layer; between them it is interpolated.
 
     Reference: Nicolson and Fearing (1995), section 2.3; K. L. Johnson, Contact Mechanics (1985), chapter 5.

@@ -193,8 +193,8 @@ class Memory(Effect):
     more than one relaxation time: the logarithms of the times are normal with median `time` and sd `breadth`
     (three exponentials, by Gauss-Hermite quadrature). In the looser form the share of element e is 1 + `own_e` times
     this, and grows with the power `strain_power` of the earlier reading. On a finger, earlier touches may also change
-    the gain, since they break up the network of a filler. The change is `gain` times the sum of their readings over the
-    peak; each of these decays with time as above.
+    the gain, since they break up the network of a filler. The change is `gain` times the sum of what remains of their
+    readings, weighted with `own_e` and `strain_power`, over the peak.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra); A. R.
     Payne (1962), doi:10.1002/app.1962.070061906 (recovery of filled rubber).

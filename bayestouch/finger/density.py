@@ -103,16 +103,26 @@ class FingerDensity:
             out[part] = -0.5 * (distance + volume + np.log1p(length2))
         return out
 
-    def replicated(self, vectors: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Simulated mean readings (n, t, m) of the same touches, given flat vectors (n, d); NaN where missing."""
-        likelihood = self.likelihood
+    def replicated(self, vectors: FloatArray, rng: np.random.Generator, *, from_prior: bool = False) -> FloatArray:
+        """Simulated mean readings (n, t, m) of the same touches, given flat vectors (n, d); NaN where missing.
+
+        Loads that were not measured and functions of place are those of the posterior given the readings, or with
+        `from_prior` those of their priors.
+        """
+        likelihood, at_places = self.likelihood, self.likelihood.at_places
         predicted, slope = self.predict(vectors)
         spread = likelihood.standard_errors(vectors)
         load = spread.load_sd * rng.standard_normal(slope.shape[:-1])
-        if self.errors is not None and likelihood.at_places is not None:
+        unmeasured = likelihood.known.load_reads == 0
+        if not from_prior and unmeasured.any():
+            mean, sd = self.true_loads(vectors)
+            known = mean - likelihood.known.load + sd * rng.standard_normal(slope.shape[:-1])
+            load = np.where(unmeasured, known, load)
+        if at_places is not None:
             left = np.where(likelihood.missing, 0.0, likelihood.known.readings) - predicted
             weight = Precisions.of(likelihood.known, likelihood.layout, vectors).weight
-            predicted = predicted + self._drawn_functions(left, weight, rng) - likelihood.at_places.shift
+            drawn = at_places.drawn(len(vectors), rng) if from_prior else self._drawn_functions(left, weight, rng)
+            predicted = predicted + drawn - at_places.shift
         again = predicted + slope * load[..., None] + spread.sd * rng.standard_normal(slope.shape)
         return np.where(likelihood.missing, np.nan, again)
 

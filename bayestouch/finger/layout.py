@@ -152,7 +152,7 @@ class FlatPrior:
         """Lowest and highest value of each coordinate, (d,) each."""
         low, high = np.array([prior.support for prior in self.priors]).T
         with np.errstate(divide="ignore"):
-            log_low, log_high = np.log(np.maximum(low, 0.0)), np.log(high)
+            log_low, log_high = (np.log(np.maximum(each, 0.0)) for each in (low, high))
         return np.where(self.logarithmic, log_low, low), np.where(self.logarithmic, log_high, high)
 
     def about(self, vector: FloatArray) -> FlatPrior:

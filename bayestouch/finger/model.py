@@ -196,7 +196,8 @@ class FingerModel(SensorModel):
             load = self.load if load is None else load
         else:
             composite, angle = self.pose[0], np.degrees(self.pose[1])
-            radius = composite * outer / np.maximum(outer - composite, 1e-9)
+            with np.errstate(divide="ignore"):  # a flat is inf, a hollow is negative
+                radius = composite * outer / (outer - composite)
             load = self.pose[2] if load is None else load
         recording = Recording(
             indenter_radius_mm=radius,

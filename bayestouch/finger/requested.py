@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.noise import Precisions
 from bayestouch.finger.public import public_draws
 from bayestouch.results.schema import Requested, of_readings
+from bayestouch.sampling.rank_one import shared_error
 
 
 def groups_without_effects(
@@ -52,18 +54,29 @@ def groups_without_effects(
         prior = _by_name(_log_densities(likelihood.prior, flat), likelihood.layout)
         out["log_prior"] = {name: a.reshape(*shape, *a.shape[1:]) for name, a in prior.items()}
     if "posterior_predictive" in groups:
-        rng, held = np.random.default_rng([seed, 6]), max(1, NUMBERS_HELD // likelihood.missing.size)
-        again = [density.replicated(flat[first : first + held], rng) for first in range(0, len(flat), held)]
-        out["posterior_predictive"] = {"reading": of_readings(np.concatenate(again), shape)}
+        again = _in_parts(density.replicated, flat, np.random.default_rng([seed, 6]), likelihood.missing.size)
+        out["posterior_predictive"] = {"reading": of_readings(again, shape)}
     if {"prior", "prior_predictive"} & set(groups):
         rng = np.random.default_rng([seed, 7])
         drawn = _prior_draws(likelihood.prior, len(flat), rng)
         if "prior" in groups:
             out["prior"] = public_draws(fit, drawn.reshape(vectors.shape))
         if "prior_predictive" in groups:
-            wide = FingerDensity(likelihood, likelihood.series)
-            out["prior_predictive"] = {"reading": of_readings(wide.replicated(_within_reach(fit, drawn), rng), shape)}
+            replicated = partial(FingerDensity(likelihood, likelihood.series).replicated, from_prior=True)
+            again = _in_parts(replicated, _within_reach(fit, drawn), rng, likelihood.missing.size)
+            out["prior_predictive"] = {"reading": of_readings(again, shape)}
     return out
+
+
+def _in_parts(
+    replicated: Callable[[FloatArray, np.random.Generator], FloatArray],
+    vectors: FloatArray,
+    rng: np.random.Generator,
+    size: int,
+) -> FloatArray:
+    """Simulated readings (n, t, m) for vectors (n, d), computed in parts that fit into memory; `size` is t times m."""
+    held = max(1, NUMBERS_HELD // size)
+    return np.concatenate([replicated(vectors[first : first + held], rng) for first in range(0, len(vectors), held)])
 
 
 def groups_with_effects(
@@ -96,7 +109,7 @@ def groups_with_effects(
     if "log_likelihood" in groups:
         out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
     if "posterior_predictive" in groups:
-        again = _replicated(posterior, flat, np.random.default_rng([seed, 6]))
+        again = _replicated(posterior, flat, np.random.default_rng([seed, 6]), from_prior=False)
         out["posterior_predictive"] = {"reading": of_readings(again, shape)}
     if {"prior", "prior_predictive"} & set(groups):
         rng = np.random.default_rng([seed, 7])
@@ -104,7 +117,9 @@ def groups_with_effects(
         if "prior" in groups:
             out["prior"] = by_name(drawn.reshape(vectors.shape))
         if "prior_predictive" in groups:
-            out["prior_predictive"] = {"reading": of_readings(_replicated(posterior, drawn, rng), shape)}
+            out["prior_predictive"] = {
+                "reading": of_readings(_replicated(posterior, drawn, rng, from_prior=True), shape)
+            }
     if "log_prior" in groups:
         logs, at = _log_densities(posterior.prior, flat), posterior.layout
         named = [(effect.name, p.name) for effect in posterior.model.effects for p in effect.parameters]
@@ -117,15 +132,28 @@ def groups_with_effects(
     return out
 
 
-def _replicated(posterior: EffectPosterior, vectors: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Simulated mean readings (n, t, m) of the same touches, given flat vectors (n, d); NaN where missing."""
+def _replicated(
+    posterior: EffectPosterior, vectors: FloatArray, rng: np.random.Generator, *, from_prior: bool
+) -> FloatArray:
+    """Simulated mean readings (n, t, m) of the same touches, given flat vectors (n, d); NaN where missing.
+
+    Loads that were not measured are those of the posterior given the readings, or of the prior with `from_prior`.
+    """
     known, noise, at = posterior.known, posterior.noise, posterior.layout
     counts, reads = np.maximum(known.counts, 1), np.maximum(known.counts.max(axis=1), 1)
     low, high = posterior.bounds
+    given = (known.load_reads == 0) & (not from_prior)
     out = np.empty((len(vectors), *known.readings.shape))
     for i, vector in enumerate(np.clip(vectors, low, high)):
         spread = Precisions.of(known, at, vector[None])
-        load = known.load + spread.load_sd[0] * rng.standard_normal(len(known.load))
+        off, load_sd = np.zeros(len(known.load)), spread.load_sd[0]
+        if given.any():
+            chain = vector[: at.n_chain]
+            left = np.where(known.missing, 0.0, known.readings - posterior.model.predict(chain, known.load).touches)
+            slope = np.where(known.missing, 0.0, posterior.model.by_load(chain))
+            pull, precision = shared_error(left, slope, 1 / np.sqrt(spread.weight[0]), load_sd)
+            off, load_sd = np.where(given, pull / precision, 0.0), np.where(given, precision**-0.5, load_sd)
+        load = known.load + off + load_sd * rng.standard_normal(len(known.load))
         touches = posterior.model.predict(vector[: at.n_chain], load).touches
         added = noise.added(vector)
         variance = 1 / spread.weight[0] + added.variance(touches, noise.peak) / counts
@@ -162,7 +190,10 @@ def _prior_draws(prior: FlatPrior, n: int, rng: np.random.Generator) -> FloatArr
 
 
 def _within_reach(fit: FingerFit, vectors: FloatArray) -> FloatArray:
-    """Vectors limited to the range in which the readings are tabulated: four standard deviations of the prior."""
+    """Vectors limited to the range in which the readings are tabulated.
+
+    It is four standard deviations of the prior or, if the touches contradict a narrow prior, six of the posterior.
+    """
     at, reach, out = fit.likelihood.layout, fit.likelihood.series.reach, vectors.copy()
     out[:, at.sigma] = np.clip(out[:, at.sigma], *reach.sigma)
     out[:, at.log_mu] = np.clip(out[:, at.log_mu], *reach.log_mu)

@@ -101,7 +101,7 @@ class Body:
     instead: Mapping[str, str] = field(default_factory=dict)
 
     def own(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """The options in `given` that this body has; the default replaces None.
+        """The options in `given` that this body has; the default replaces None or an empty one.
 
         Parameters
         ----------

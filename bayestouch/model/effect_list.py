@@ -93,10 +93,12 @@ class EffectList:
             raw["radii_mm"] = tuple(raw.get("radii_mm", (0.0, 0.0)))
             raw["place_range"] = tuple((float(low), float(high)) for low, high in raw["place_range"])
             setting, noise = Setting(**raw), AddedNoise(**{k: float(v) for k, v in content["noise"].items()})
-            parameters = {str(name): list(each) for name, each in content["parameters"].items()}
+            parameters = {str(name): [str(each) for each in of] for name, of in content["parameters"].items()}
+            effects = named_effects(list(parameters), setting, parameters)
+        except InputError:
+            raise
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
             raise InputError("expected the effects of a chain as JSON", column=EFFECTS) from error
-        effects = named_effects(list(parameters), setting, parameters)
         for effect in effects:
             names = [each.name for each in effect.parameters]
             if parameters[effect.name] != names:

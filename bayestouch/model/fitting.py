@@ -22,7 +22,7 @@ Drift = tuple[RandomEffect, Values]
 MAX_ITERATIONS = 30
 # Gain of a step (half sum of squares) after which a fit ends: far below one standard deviation of any parameter.
 SETTLED = 0.05
-# Largest number of updates of the functions of a gain drift, and the relative change that requires an update.
+# Largest number of fits with functions of a gain drift as they are, and the relative change that requires another.
 FOLLOWED, MOVED = 4, 0.05
 
 
@@ -65,6 +65,13 @@ class Fitted:
         if self.linear.functions is None:
             return np.zeros_like(self.model.known.means.readings)
         return np.asarray(np.tensordot(self.linear.weights(), self.linear.functions.raw, axes=1))
+
+    @property
+    def last_drifted(self) -> FloatArray:
+        """Contribution of the random function that was added last to the mean reading of each touch, (t, m)."""
+        assert self.linear.functions is not None
+        own = len(drift_columns(self.model, self.vector, self.drifts[-1:]))
+        return np.asarray(np.tensordot(self.linear.weights()[-own:], self.linear.functions.raw[-own:], axes=1))
 
     @property
     def n_readings(self) -> int:

@@ -10,6 +10,7 @@ from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.outliers import from_median
+from bayestouch.model.peaks import settled
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density
 
@@ -28,7 +29,10 @@ def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
         model = model.with_readings(cleaned)
         sd = np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
-    elif added := effect.added(values):
+        again = fit(model, vector, noise, fitted.drifts)
+        # What effects explain of the scatter within touches is no noise.
+        return again if again.linear.deviation_jacobian is None else settled(again)
+    if added := effect.added(values):
         noise = noise.with_(added=replace(noise.added, **added), sd=found.own_sd)
         if "common" in added:
             noise = _with_touch_size(noise, _touch_size(fitted, noise))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -97,6 +97,11 @@ class Observations:
 
         rows = np.arange(len(self.row_touch))
         return csr_array((np.ones(len(rows)), (self.row_touch, rows)), shape=(self.n_touches, len(rows)))
+
+    def with_wires(self, order: IntArray) -> Observations:
+        """The same touches after earlier ones whose readings of the elements are in another order, (m,)."""
+        history = replace(self.history, readings=self.history.readings[:, order])
+        return replace(self, history=history)
 
     def without(self, wrong: NDArray[np.bool_]) -> Observations:
         """The observations without the readings marked in `wrong` (n, m)."""

@@ -26,7 +26,7 @@ def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel,
         peak = fitted.model.peak_at(fitted.vector)
         if np.all(np.abs(peak / model.peak - 1) < SAME_PEAKS):
             break
-        # Shares of the noise are rescaled: the noise in the unit of the readings does not change.
+        # Shares of the noise are rescaled by the mean ratio: in the unit of the readings the noise hardly changes.
         ratio = float(model.peak.mean() / peak.mean())
         noise = noise.with_(peak=peak, added=noise.added.for_peaks(ratio))
         model, start = replace(model, peak=peak), fitted.vector

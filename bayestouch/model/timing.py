@@ -67,8 +67,15 @@ class Timing:
     @classmethod
     def _by_order(cls, touches: Touches, why: str) -> Timing:
         _, group = groups(touches.touch)
-        most = max(int(touches.sample.max(initial=0)), 1)
-        held = HELD_SHARE * touches.sample / most
+        n = int(group.max()) + 1 if len(group) else 0
+        order = np.lexsort((touches.sample, group))
+        starts = np.searchsorted(group[order], np.arange(n))
+        rank = np.empty(len(group))
+        rank[order] = np.arange(len(group)) - starts[group[order]]
+        first = np.full(n, np.inf)
+        np.minimum.at(first, group, np.where(touches.in_contact, rank, np.inf))
+        since = np.maximum(rank - np.minimum(first[group], rank), 0.0)
+        held = HELD_SHARE * since / max(float(since.max(initial=0.0)), 1.0)
         return cls(group + held, held, "touch", f"{why}: the order of the rows is taken as time, one unit a touch.")
 
     def after(self, end: float, gap: float) -> Timing:

@@ -63,6 +63,7 @@ class Whitening:
         `touch` (n,) is the touch of each sample. Of n samples, n - 1 deviations are independent.
         """
         logs = np.where(np.isfinite(self.sample_sd), -np.log(self.sample_sd), 0.0).sum(axis=1)
+        logs -= 0.5 * np.log1p(DiagonalPlusRankOne(self.sample_sd, self.sample_shared).length2)
         count = np.bincount(touch, minlength=len(self.root))
         free = np.maximum(count - 1, 0) / np.maximum(count, 1)
         return np.asarray(np.bincount(touch, weights=logs, minlength=len(self.root)) * free)

@@ -22,7 +22,7 @@ def new_folder(output: Path) -> Iterator[Path]:
     """Yield a temporary folder beside `output`, which becomes `output` when the block ends without an error.
 
     After an error the temporary folder is removed. If `output` exists, its files are replaced one by one by complete
-    files, the page last. Files with other names remain, except figures that only the previous report had.
+    files, the page last. Files with other names remain, except figures that only the lists had which are replaced.
 
     Raises
     ------
@@ -51,7 +51,8 @@ def _move(new: Path, output: Path) -> None:
     if not output.exists():
         new.rename(output)
         return
-    stale = _figures_of(output) - _figures_of(new)
+    replaced = {name for name in LISTS if (new / name).exists()}
+    stale = _figures_of(output, replaced) - _figures_of(new, replaced) - _figures_of(output, {*LISTS} - replaced)
     files = sorted(path.relative_to(new) for path in new.rglob("*") if path.is_file())
     files.sort(key=lambda file: (file.name == PAGE, file.name in LISTS))
     for file in files:
@@ -62,10 +63,10 @@ def _move(new: Path, output: Path) -> None:
             (output / "figures" / Path(name).name).unlink()
 
 
-def _figures_of(folder: Path) -> set[str]:
-    """Names of the figures that the report or diagnosis in a folder lists; none if there is neither."""
+def _figures_of(folder: Path, lists: set[str]) -> set[str]:
+    """Names of the figures in these lists of a folder, of those that there are."""
     found: set[str] = set()
-    for name in LISTS:
+    for name in lists:
         with suppress(OSError, ValueError, KeyError, TypeError):
             figures = json.loads((folder / name).read_text("utf-8"))["figures"]
             found |= {str(figure["file"]) for figure in figures}

@@ -211,7 +211,9 @@ class PadModel(SensorModel):
         mixed = slope.ndim == 3
         by_row = np.einsum("dni,nij->dnj", of_signal, slope, optimize=True) if mixed else of_signal * slope
         m = self.n_elements
-        by_row[m : 2 * m] = np.eye(m)[:, None, :]
+        # Of the offsets, or of their logarithms.
+        by_offset = np.where(self._logarithmic[m : 2 * m], self.zero(vector), 1.0)
+        by_row[m : 2 * m] = np.diag(by_offset)[:, None, :]
         parts = [self.parted(each) for each in by_row]
         # The values of effects do not change the response of the chain.
         parts += self.of_values(vector, recording, lambda moved: self._predicted(moved, places, response))

@@ -21,8 +21,6 @@ from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 
 #: Number of knots in R from edge to flat.
 RADIUS_KNOTS = 49
-# Estimates are tabulated up to this many standard deviations beyond edge and flat.
-REACH = 5.0
 
 
 def touch_information(

@@ -23,18 +23,22 @@ class PadSpots(Summarised):
     location : (n, D) array
         Places, mm.
     noise_sd : (n, D) array
-        Standard deviation from the noise of the readings, mm. On a pad calibrated without repeats, this noise is
-        everything that the map does not explain.
+        Standard deviation from what is new in each touch: noise of the readings, error of the load, and place in the
+        region where neither tells it, mm. On a pad calibrated without repeats, the noise is everything that the map
+        does not explain.
     bias_rms : (n, D) array
         Error that is common to all touches at a place, rms over calibrations.
     by_element : (n, D, m) array
         Part of each variance that belongs to each element, noise and calibration together.
+    of_none : (n, D) array
+        Part of each variance that belongs to no element: error of the load, and place.
     """
 
     location: FloatArray
     noise_sd: FloatArray
     bias_rms: FloatArray
     by_element: FloatArray
+    of_none: FloatArray
 
     @property
     def sd(self) -> FloatArray:
@@ -70,13 +74,14 @@ def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = No
         If the number of coordinates is not that of the pad, `load` is not above zero, or `reads` is below 1.
     """
     where = _places(reader, location)
-    weights, noise, calibration = _weights(reader, where, load, reads)
-    own = weights**2
+    found = _weights(reader, where, load, reads)
+    own = found.weights**2
     return PadSpots(
         location=where,
-        noise_sd=np.sqrt((own * noise[:, None]).sum(axis=-1)),
-        bias_rms=np.sqrt((own * calibration[:, None]).sum(axis=-1)),
-        by_element=own * (noise + calibration)[:, None],
+        noise_sd=np.sqrt((own * found.noise[:, None]).sum(axis=-1) + found.of_none),
+        bias_rms=np.sqrt((own * found.calibration[:, None]).sum(axis=-1)),
+        by_element=own * (found.noise + found.calibration)[:, None],
+        of_none=found.of_none,
     )
 
 
@@ -96,7 +101,7 @@ def pad_known_bias(
     """
     where = _places(reader, location)
     push = reader.load if load is None else load
-    weights, _, _ = _weights(reader, where, load, reads)
+    weights = _weights(reader, where, load, reads).weights
     loads = np.full(len(where), push)
     readings = [each.map.offset + push * each.map.at(where, loads)[0] for each in (reader, better)]
     missed = np.where(reader.usable, readings[1] - readings[0], 0.0)
@@ -110,10 +115,27 @@ def _places(reader: PadReader, location: ArrayLike) -> FloatArray:
     return where
 
 
-def _weights(
-    reader: PadReader, where: FloatArray, load: float | None, reads: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Change of the location per unit error of each reading (n, D, m); variances from noise and calibration (n, m)."""
+@dataclass(frozen=True, eq=False)
+class _Weights:
+    """How errors of readings, load and prior change the location at n places.
+
+    Attributes
+    ----------
+    weights : (n, D, m) array
+        Change of the location per unit error of each reading.
+    noise, calibration : (n, m) array
+        Variance of each reading from noise, and from the calibration.
+    of_none : (n, D) array
+        Variance of the location from the errors of the load and of the prior of the place.
+    """
+
+    weights: FloatArray
+    noise: FloatArray
+    calibration: FloatArray
+    of_none: FloatArray
+
+
+def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: int) -> _Weights:
     if load is not None and not 0 < load < np.inf:
         raise InputError(f"load: expected above zero, got {load:g}")
     if not reads >= 1:
@@ -127,10 +149,9 @@ def _weights(
     total = np.where(reader.usable, noise + calibration, np.inf)
     jacobian = np.concatenate([push[:, None, None] * slope, by_load[:, None]], axis=1)  # (n, D + 1, m)
     information = (jacobian / total[:, None]) @ jacobian.swapaxes(1, 2)
-    information[:, -1, -1] += reader.load_sd**-2.0
     # Never singular, because the prior of the location is limited to the calibrated region.
     width = reader.map.high - reader.map.low
-    axes = np.arange(reader.map.dimensions)
-    information[:, axes, axes] += 12 / width**2
-    weights = np.linalg.solve(information, jacobian / total[:, None])[:, :-1]
-    return np.asarray(weights), noise, calibration
+    prior = np.append(12 / width**2, reader.load_sd**-2.0)
+    covariance = np.linalg.inv(information + np.diag(prior))[:, :-1]
+    weights = covariance @ (jacobian / total[:, None])
+    return _Weights(weights, noise, calibration, of_none=(covariance**2) @ prior)

@@ -8,7 +8,7 @@ from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.bodies import PAGES
 
 # Coverage counts as right if it is within this many percentage points of 90 %, or within two standard errors if there
-# are few touches. With at most this many further points, it counts as nearly right.
+# are few touches. Within the second number of points it counts as nearly right.
 _AS_CLAIMED, _NEARLY = 2.5, 6.0
 # With fewer touches, coverage of 90 % intervals cannot be judged.
 _FEWEST = 10
@@ -30,9 +30,7 @@ def answer(numbers: dict[str, Any]) -> dict[str, Any]:
 
 
 def _intervals(numbers: dict[str, Any]) -> list[str]:
-    rows = numbers["trust"]["coverage"]
-    if any(row["parameter"] == "region" for row in rows):
-        rows = [row for row in rows if row["parameter"] not in ("x", "y")]
+    rows = without_coordinates(numbers["trust"]["coverage"])
     if not rows:
         return []
     what = "regions and intervals" if len(rows) > 1 and rows[-1]["parameter"] == "region" else "intervals"
@@ -40,8 +38,20 @@ def _intervals(numbers: dict[str, Any]) -> list[str]:
     return [f"The stated 90 % {what} hold the reference in {listed(parts)}: {_verdict(rows)}."]
 
 
+def without_coordinates(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of the coverage, without x and y where there is one of the region: it has both."""
+    region = any(row["parameter"] == "region" for row in rows)
+    return [row for row in rows if not (region and row["parameter"] in ("x", "y"))]
+
+
+def decisive(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of the coverage that can be judged: those of enough touches, or all if there is none."""
+    rows = without_coordinates(rows)
+    return [row for row in rows if row["touches"] >= _FEWEST] or rows
+
+
 def _verdict(rows: list[dict[str, Any]]) -> str:
-    """Clause on the stated uncertainties; the parameter with the worst coverage decides."""
+    """Clause on the stated uncertainties; of those that can be judged, the one with the worst coverage decides."""
     grade, words = coverage_verdict(rows)
     if grade == "unknown":
         return words
@@ -51,6 +61,7 @@ def _verdict(rows: list[dict[str, Any]]) -> str:
 
 def coverage_verdict(rows: list[dict[str, Any]]) -> tuple[str, str]:
     """Grade of the coverage of 90 % intervals (``good``, ``fair``, ``bad``, ``unknown``), and the same in words."""
+    rows = decisive(rows)
     touches = min(row["touches"] for row in rows)
     if touches < _FEWEST:
         return "unknown", f"{plural(touches, 'touch')} cannot show whether that is as often as it should be"

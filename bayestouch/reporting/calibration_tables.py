@@ -49,7 +49,7 @@ def about_calibration(evidence: Evidence, peak: dict[str, Any]) -> dict[str, Any
         "touches": len(calibration.rows.touch),
         "settings": [{"name": in_words(name), "value": value} for name, value in calibration.settings.items()],
         "statistics": statistic_rows(statistics),
-        "models": model_rows(statistics),
+        "models": model_rows(statistics, used_model(calibration.settings)),
         "linearity": {name: statistics.get(name) for name in _LINEARITY},
         "lack_of_fit": statistics.get("lack_of_fit"),
         "parameters": parameter_rows(evidence),
@@ -63,8 +63,14 @@ def in_words(name: str) -> str:
     return _STATISTICS.get(name, name.replace("_", " "))
 
 
-def model_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Models compared on a pad, the best first: held-out log score, and error in % of the peak."""
+def used_model(settings: Mapping[str, str | float]) -> str:
+    """Name of the model that a pad's calibration uses, as `model_rows` has it."""
+    kernel, with_map = str(settings.get("kernel", "")), settings.get("empirical_map") == "yes"
+    return "map alone" if with_map and kernel == "constant" else f"{kernel} with map" if with_map else kernel
+
+
+def model_rows(statistics: Mapping[str, float], used: str) -> list[dict[str, Any]]:
+    """Models compared on a pad, the best first: held-out log score, error in % of the peak, whether it is used."""
     rows = []
     for key in _scores(statistics):
         model = key.removeprefix(_SCORE)
@@ -74,6 +80,7 @@ def model_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
                 "map": model == "map_alone" or model.endswith("_with_map"),
                 "log_score": statistics[key],
                 "error_percent_peak": statistics.get(f"{_ERROR}{model}"),
+                "used": model.replace("_", " ") == used.replace("_", " "),
             }
         )
     return sorted(rows, key=lambda row: -float(row["log_score"]))

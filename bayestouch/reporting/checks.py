@@ -44,26 +44,33 @@ def predictive_check(posteriors: TouchPosteriors) -> dict[str, Any] | None:
         return None
     rank = left_out_ranks(posteriors.rows.observed, again, log)
     rows: list[dict[str, Any]] = []
-    for e in np.flatnonzero(np.isfinite(rank).any(axis=0)):
+    outside, within = list[str](), list[str]()
+
+    def name(e: int) -> str:
+        return f"e{e + 1:02d}"
+
+    for e in np.flatnonzero(np.isfinite(rank).any(axis=0)).tolist():
         own = rank[:, e][np.isfinite(rank[:, e])]
         inside = {level: int((np.abs(own - 0.5) <= level / 200).sum()) for level in LEVELS}
-        low, high = (float(x) / len(own) * 100 for x in binom(len(own), 0.9).ppf([RARE, 1 - RARE]))
+        fewest, most = (float(x) for x in binom(len(own), 0.9).ppf([RARE, 1 - RARE]))
+        # Numbers of readings are compared, not percentages, which are rounded.
+        outside += [name(e)] * (inside[90] < fewest)
+        within += [name(e)] * (inside[90] > most)
         rows.append(
             {
-                "element": f"e{e + 1:02d}",
+                "element": name(e),
                 "readings": len(own),
                 "percent_inside": {str(level): 100 * count / len(own) for level, count in inside.items()},
-                "expected_low": low,
-                "expected_high": high,
+                "expected_low": 100 * fewest / len(own),
+                "expected_high": 100 * most / len(own),
             }
         )
-    at_90 = [(row["element"], row["percent_inside"]["90"], row) for row in rows]
     return {
         "readings": sum(row["readings"] for row in rows),
         "percent_inside_90": float(100 * np.mean(np.abs(rank[np.isfinite(rank)] - 0.5) <= 0.45)),
         "by_element": rows,
-        "too_often_outside": [name for name, inside, row in at_90 if inside < row["expected_low"]],
-        "too_often_inside": [name for name, inside, row in at_90 if inside > row["expected_high"]],
+        "too_often_outside": outside,
+        "too_often_inside": within,
     }
 
 

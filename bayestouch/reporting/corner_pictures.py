@@ -13,6 +13,7 @@ from bayestouch.output.text import number
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.results.plots import reference_near
 
 # Number of draws in a corner plot; more draws only make its file larger.
 _CORNER_DRAWS = 2000
@@ -85,7 +86,7 @@ def touch_corners(evidence: Evidence) -> Iterator[Picture]:
     labels = {parameter.name: parameter.label for parameter in posteriors.parameters}
     names = [name for name in labels if name in posteriors.posterior]
     for which, touch in chosen.items():
-        reference = [float(posteriors.reference[n][touch]) if n in posteriors.reference else np.nan for n in names]
+        reference = [float(reference_near(posteriors, n, posteriors.mean(n))[touch]) for n in names]
         marks = [value if np.isfinite(value) else None for value in reference]
         values = corner_columns(names, posteriors.posterior, touch)
         estimates = ", ".join(

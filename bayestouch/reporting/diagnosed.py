@@ -118,7 +118,10 @@ def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
     pictures = tuple(_read(folder, each) for each in numbers.pop("figures")[:_SHOWN])
     # Regressions are made in a report alone, so that `bayestouch diagnose` never wrote this.
     numbers.pop("baselines", None)
-    said = {"sentences": sentences(numbers, with_causes=False), "made": f"read from {folder.name}/{file.name}"}
+    said = {
+        "sentences": sentences(numbers, with_causes=False),
+        "made": f"read from {folder.resolve().name}/{file.name}",
+    }
     return Diagnosed({**numbers, **said}, _of_report(pictures), folder.resolve().name)
 
 

@@ -23,8 +23,12 @@ def versions(evidence: Evidence) -> dict[str, str]:
 
 
 def command(evidence: Evidence) -> str:
-    """Command that makes the report again, to be run next to the folders of the data set and of a saved diagnosis."""
-    folder = "" if evidence.embedded or evidence.dataset.path is None else evidence.dataset.path.resolve().name
+    """Command that makes the report again, to be run next to the folders of the data set and of a saved diagnosis.
+
+    A data set that was not read from a folder is called ``DATASET``.
+    """
+    path = evidence.dataset.path
+    folder = "" if evidence.embedded else "DATASET" if path is None else path.resolve().name
     parts = ["bayestouch", "report", *([folder] if folder else []), "-o", "report", "--seed", str(evidence.seed)]
     parts += ["--draws", str(evidence.draws)]
     if evidence.plug_in:

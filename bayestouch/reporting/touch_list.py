@@ -10,7 +10,7 @@ from bayestouch.checking.tables import indenter_name
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.places import rounded
 from bayestouch.reporting.residuals import standardised
-from bayestouch.results.plots import shown_pair
+from bayestouch.results.plots import reference_near, shown_pair
 
 # More touches, or more draws of each, would make the page slow and large; posterior.nc has all of them.
 MOST_TOUCHES, DRAWS = 480, 80
@@ -33,7 +33,7 @@ def about_touches(evidence: Evidence) -> dict[str, Any]:
     for parameter in posteriors.parameters:
         name = parameter.name
         low, high = posteriors.interval(name)
-        reference = np.asarray(posteriors.reference.get(name, np.full(count, np.nan)))
+        reference = reference_near(posteriors, name, posteriors.mean(name))
         parameters[name] = {
             "symbol": parameter.symbol,
             "unit": parameter.unit,

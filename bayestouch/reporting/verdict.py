@@ -13,7 +13,7 @@ from bayestouch.diagnosis.outcome import (
     worse_lines,
 )
 from bayestouch.output.text import listed, number, percent, plural
-from bayestouch.reporting.answer import coverage_verdict, has_lack_of_fit
+from bayestouch.reporting.answer import coverage_verdict, decisive, has_lack_of_fit
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.phrases import verdict_row
 
@@ -36,7 +36,7 @@ def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
         reason = "The touches have no references with which stated intervals could be compared."
         return verdict_row(_FIRST, "Not shown by these data", reason + said)
     grade, words = coverage_verdict(coverage)
-    worst = min(coverage, key=lambda row: float(row["percent_inside"]["90"]))
+    worst = min(decisive(coverage), key=lambda row: float(row["percent_inside"]["90"]))
     least = f"least: {percent(worst['percent_inside']['90'])} %, {plural(worst['touches'], 'touch')}"
     reason = f"Stated 90 % intervals hold the reference {words} ({least})."
     if grade == "unknown":
@@ -75,17 +75,19 @@ def _names(found: dict[str, Any]) -> list[str]:
 
 
 def _gain(found: dict[str, Any]) -> str:
-    """Prediction errors without and with effects, without a correction; of samples and touch means if different."""
+    """What effects, without a correction, do to the prediction errors; of samples and touch means if different."""
     pair = found["before"], (found["correction"] or {}).get("before", found["after"])
     (before, after), means = ([stand.get(key) for stand in pair] for key in _PREDICTION)
     if None in (before, after):
-        return ""
-    if not errors_of_samples(*pair):
-        return f" ({number(before, 2)} % of the peak falls to {number(after, 2)} %)"
-    return (
-        f" (of samples: {number(before, 2)} % of the peak falls to {number(after, 2)} %; of touch means: "
-        f"{number(means[0], 2)} % before, {number(means[1], 2)} % after)"
-    )
+        return "describes the touches of the fit better"
+    old, new = number(before, 2), number(after, 2)
+    # Effects of the noise, for one, make a prediction more probable and leave its error as it is.
+    does = "lowers" if after < before and old != new else "does not lower"
+    change = f"{old} % of the peak {'falls to' if does == 'lowers' else 'before,'} {new} %"
+    change += "" if does == "lowers" else " after"
+    if errors_of_samples(*pair):
+        change = f"of samples: {change}; of touch means: {number(means[0], 2)} % before, {number(means[1], 2)} % after"
+    return f"{does} the prediction error on held-out touches ({change})"
 
 
 def _fix(numbers: dict[str, Any]) -> dict[str, str]:
@@ -100,7 +102,7 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
         names = _names(found)
         refused = not_used(found)
         parts += ([refused] if refused else worse_lines(found)) or [
-            f"Taking {listed(names)} into account lowers the prediction error on held-out touches{_gain(found)}."
+            f"Taking {listed(names)} into account {_gain(found)}."
         ]
         short = f"{listed(names)[:1].upper()}{listed(names)[1:]}"
     elif _word(found) == "unattributed":
@@ -109,6 +111,9 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
     elif found is not None and _word(found) == "adequate":
         parts.append(f"The search for effects found none. {verdict_sentence(found)}")
         short = "Nothing in the model"
+    elif found is not None and "missing" in found:
+        parts.append(found["missing"])
+        short = "See what to measure next"
     else:
         parts.append("No effect was searched for: bayestouch diagnose does that.")
         short = "See what to measure next"

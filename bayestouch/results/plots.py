@@ -131,7 +131,7 @@ def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = No
     parameter = _parameter(posteriors.parameters, name, {**posteriors.posterior, **posteriors.estimates})
     axes = new_axes(axes)
     mean, (low, high) = posteriors.mean(name), posteriors.interval(name)
-    reference = _reference(posteriors, name, mean)
+    reference = reference_near(posteriors, name, mean)
     known = np.isfinite(reference)
     x = reference if known.any() else np.arange(len(mean), dtype=float)
     known = known if known.any() else np.isfinite(mean)
@@ -177,7 +177,7 @@ def plot_touch(
     for name in names:
         _parameter(posteriors.parameters, name, posteriors.posterior)
         columns.append(np.asarray(posteriors.posterior[name][..., place[0]]).ravel())
-        reference.append(float(_reference(posteriors, name, columns[-1].mean())[place[0]]))
+        reference.append(float(reference_near(posteriors, name, columns[-1].mean())[place[0]]))
     axes.plot(*columns, ".", ms=2, alpha=0.4, color=BLUE, label=f"draws of touch {touch}")
     if np.isfinite(reference).all():
         axes.plot(*[[value] for value in reference], "x", ms=9, mew=2, color=RED, label="reference")
@@ -214,7 +214,7 @@ def _parameter(parameters: tuple[Parameter, ...], name: str, known: Any) -> Para
     return found[name]
 
 
-def _reference(posteriors: PosteriorsData, name: str, mean: FloatArray) -> FloatArray:
+def reference_near(posteriors: PosteriorsData, name: str, mean: FloatArray) -> FloatArray:
     """Reference of every touch, NaN unknown; an angle, which may be stated from 0 to 360, is turned near the mean."""
     if name not in posteriors.reference:
         return np.full(len(posteriors.rows.touch), np.nan)

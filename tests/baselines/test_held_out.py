@@ -9,6 +9,7 @@ import pytest
 from report_cases import LINE
 
 from bayestouch.baselines import HeldOutBaseline, Regression, RegressionPosteriors, RegressionTouches, baselines
+from bayestouch.baselines.reading import _of_location
 from bayestouch.model.split_data import SplitData
 from bayestouch.simulation import simulate
 
@@ -63,3 +64,12 @@ def test_loads_are_used_where_they_were_measured_and_differ(loads: str) -> None:
         assert np.isfinite([errors["location_rms_mm"], errors["prediction_error_percent_peak"]]).all()
         assert np.isfinite([errors["P_rms_N"], errors["P_coverage_90"]]).all() == (loads == "measured")
         assert len(each.samples) == 2 * len(each.read.residual)
+
+
+def test_a_place_beyond_those_of_the_prior_is_in_no_region() -> None:
+    """All of the posterior is at the last place, 20 mm; the touches were at 20 and 30 mm."""
+    axis = np.linspace(0.0, 20.0, 21)
+    weight = np.zeros((2, 21))
+    weight[:, -1] = 1.0
+    mean, _, inside = _of_location(weight, axis[:, None], [axis], np.array([[20.0], [30.0]]))
+    assert mean.ravel().tolist() == [20.0, 20.0] and inside.tolist() == [True, False]

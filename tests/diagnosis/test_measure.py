@@ -170,7 +170,10 @@ def test_separation_of_two_models(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_touches_that_decide_between_a_drift_and_a_place(error: float, number: int | None) -> None:
     """Two elements: 2 · 9 / 10 a touch for errors of three times the noise, 2 · 0.25 / 1.25 of half; 36 are needed."""
     drifted = np.full((4, 2), error)
-    fitted = SimpleNamespace(drifted=drifted, whitening=SimpleNamespace(touches=lambda rows: rows))
+    # An earlier drift is no part of the question.
+    fitted = SimpleNamespace(
+        drifted=9 * drifted, last_drifted=drifted, whitening=SimpleNamespace(touches=lambda rows: rows)
+    )
     last = one_round(tried("a", gain=0.0), tried("baseline_drift", gain=0.0, fitted=fitted))
     last.place_or_time = (PlaceOrTime("baseline_drift", {"times": (1.0, 1.0)}),)
     found = advice((last,))

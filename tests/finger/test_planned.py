@@ -13,11 +13,15 @@ import bayestouch
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
+from bayestouch.data.finger import Finger
 from bayestouch.finger.calibration import finger_chain
+from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.model import FingerModel
 from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.posterior import PlacePosterior
-from bayestouch.finger.planned import planned
+from bayestouch.finger.planned import planned, touch_slopes
 from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.model.observations import UntimedTouches
 from bayestouch.model.split_data import joined_tables
 from bayestouch.reliability import KnownFinger, TouchPlaces
 
@@ -175,3 +179,28 @@ def test_bad_touches_are_named() -> None:
             planned(one, changed)
     with pytest.raises(bayestouch.InputError, match="identified E map"):
         planned(replace(one, settings={**one.settings, "e_map": "empirical"}), table)
+
+
+def test_slopes_at_a_flat_are_the_same_with_a_model_of_effects() -> None:
+    """Steps in R go beyond that of a flat, to a hollow: the model with effects predicts it as the chain does."""
+    finger = Finger(9.4, 12.7, 9.9, (-4.0, 0.0, 4.0))
+    model = FingerModel(
+        observed=UntimedTouches(2),
+        finger=finger,
+        layout=FlatLayout(3, discrepancy=False),
+        flat_prior=None,
+        sign=np.ones(3),
+        contact="layer",
+        peak=np.ones(3),
+        reference_load=200.0,
+        largest_load=640.0,
+        effects=(),
+    )
+    vector = np.concatenate([np.zeros(3), np.full(3, 9.9), np.radians(finger.element_angles_deg), [0.46, np.log(0.3)]])
+
+    def with_effects(radius: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        return model.observing(UntimedTouches(len(load))).at(radius, angle, load).predict(vector).touches
+
+    touches = np.array([12.7, 12.3]), np.zeros(2), np.full(2, 200.0)
+    found = touch_slopes(with_effects, *touches)
+    np.testing.assert_allclose(found, touch_slopes(model.chain(vector).predict, *touches), rtol=1e-6, atol=1e-9)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import known_fingers as k
 import numpy as np
 import pytest
@@ -10,8 +12,14 @@ from scipy.stats import kstest, multivariate_normal
 import bayestouch
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
+from bayestouch.data.averages import TouchMeans
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
+from bayestouch.finger.density import FingerDensity
+from bayestouch.finger.fit import fit_finger
+from bayestouch.finger.place.fit import fit_with_places
+from bayestouch.finger.place.functions import PlaceFunctions, Process
+from bayestouch.finger.priors import FingerPriors
 
 KNOWN = k.known_touches(1, step=6.0)
 DATA = k.dataset(KNOWN)
@@ -157,3 +165,42 @@ def test_what_drifts_tie_together_has_no_likelihood_of_a_touch() -> None:
     model = StatedModel("finger", "layer", (("baseline_drift", {}),))
     with pytest.raises(InputError, match=r"groups: drifts and corrections .*log_prior and prior, no others"):
         bayestouch.calibrate(DATA, model=model, groups="posterior_predictive", draws=40)
+
+
+def test_a_load_that_was_not_measured_is_that_of_the_readings() -> None:
+    """Readings of such a touch are simulated about those that were read: with the density's mean and sd of the load."""
+    fit, _ = fit_finger(_without_load(KNOWN.averaged(), 3), DATA.sensor.body, FingerPriors.of(DATA.sensor)[0])
+    density = FingerDensity.of(fit)
+    again = density.replicated(np.repeat(fit.vector[None], 600, axis=0), np.random.default_rng(1))
+    mean, sd = density.true_loads(fit.vector[None])
+    readings, slope = density.predict(fit.vector[None])
+    known = fit.likelihood.known
+    assert sd[0, 3] < 0.1 * known.load_sd(1.0)[3]
+    own = fit.likelihood.standard_errors(fit.vector[None]).sd[0, 3]
+    expected = np.sqrt(own**2 + (slope[0, 3] * sd[0, 3]) ** 2)
+    # four standard errors of a mean and of an sd
+    centre = readings[0, 3] + slope[0, 3] * (mean[0, 3] - known.load[3])
+    np.testing.assert_allclose((again[:, 3].mean(axis=0) - centre) / expected, 0, atol=4 / np.sqrt(600))
+    np.testing.assert_allclose(again[:, 3].std(axis=0), expected, rtol=4 / np.sqrt(1200))
+
+
+def test_readings_of_the_prior_have_functions_of_place() -> None:
+    """At one vector they scatter as functions with standard normal weights, beside which noise is small."""
+    fit, _ = fit_finger(KNOWN.averaged(), DATA.sensor.body, FingerPriors.of(DATA.sensor)[0])
+    with_places, _ = fit_with_places(fit, PlaceFunctions("map", Process(9.0, 0.1), Process(10.0, 0.3)))
+    likelihood = with_places.likelihood
+    assert likelihood.at_places is not None
+    vectors = np.repeat(with_places.vector[None], 600, axis=0)
+    again = FingerDensity(likelihood, likelihood.series).replicated(vectors, np.random.default_rng(2), from_prior=True)
+    own = (likelihood.at_places.own**2).sum(axis=2).T + (likelihood.at_places.surface**2).sum(axis=2)
+    wanted = np.sqrt(own + likelihood.standard_errors(vectors[:1]).sd[0] ** 2)
+    large = own > 25 * likelihood.standard_errors(vectors[:1]).sd[0] ** 2
+    assert large.sum() > 20
+    # four standard errors of an sd, and the load
+    np.testing.assert_allclose(again.std(axis=0)[large], wanted[large], rtol=4 / np.sqrt(1200) + 0.01)
+
+
+def _without_load(means: TouchMeans, touch: int) -> TouchMeans:
+    load = np.array(means.load)
+    load[touch] = np.nan
+    return replace(means, load=load)

@@ -43,10 +43,16 @@ def test_the_looser_form_is_read_again() -> None:
     assert named_effects(["channel_lag"], FINGER, {"channel_lag": ["share"]}) != (looser,)
 
 
-NO_NUMBER = listed("memory").to_text().replace('"common": 0.1', '"common": "much"')
+TEXT = listed("memory").to_text()
+NO_NUMBER = TEXT.replace('"common": 0.1', '"common": "much"')
+NO_NAMES = TEXT.replace('"share"', '["share"]')
+NO_TIME = listed("creep").to_text().replace('"hold_s": 1.0', '"hold_s": "long"')
+NO_PLACE = listed("soft_spot").to_text().replace("[[-90.0, 90.0]]", "[]")
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"parameters": 3, "noise": {}, "setting": {}}', NO_NUMBER])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"parameters": 3, "noise": {}, "setting": {}}', NO_NUMBER, NO_NAMES, NO_TIME, NO_PLACE]
+)
 def test_damage_is_told(text: str) -> None:
     with pytest.raises(InputError, match="expected the effects of a chain as JSON"):
         EffectList.from_text(text)

@@ -26,10 +26,15 @@ def fitted(model: Any) -> Any:
 def no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fit gives back the noise that it was given; samples are not looked at."""
     monkeypatch.setattr(noise_fit, "from_median", lambda table: table)
-    monkeypatch.setattr(noise_fit, "fit", lambda model, vector, noise, drifts: (model, noise))
+    monkeypatch.setattr(noise_fit, "fit", lambda model, vector, noise, drifts: again(model, noise))
 
 
 OWN = np.array([0.8, 0.3])
+
+
+def again(model: Any, noise: NoiseModel, within: bool = False) -> Any:
+    linear = SimpleNamespace(deviation_jacobian=np.zeros((1, 1)) if within else None)
+    return SimpleNamespace(model=model, noise=noise, linear=linear)
 
 
 def found(effect: Any, values: tuple[float, float]) -> FoundNoise:
@@ -38,7 +43,7 @@ def found(effect: Any, values: tuple[float, float]) -> FoundNoise:
 
 def test_noise_that_grows_with_the_signal() -> None:
     effect = SignalDependentNoise()
-    _, noise = noise_fit.with_noise(fitted(WITHOUT_TABLE), found(effect, (0.01, 0.5)))  # type: ignore[misc]
+    noise = noise_fit.with_noise(fitted(WITHOUT_TABLE), found(effect, (0.01, 0.5))).noise
     assert noise.added == AddedNoise(share=0.01, power=0.5)
     assert noise.effects == ((effect, (0.01, 0.5)),)
     np.testing.assert_array_equal(noise.sd, OWN)
@@ -52,16 +57,28 @@ def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
     monkeypatch.setattr(noise_fit, "from_median", lambda table: f"from {table}")
     monkeypatch.setattr(Outliers, "wrong", lambda self, *given: seen.append(given) or "wrong")
-    moved, noise = noise_fit.with_noise(fitted(model), found(Outliers(), (0.01, 0.06)))  # type: ignore[misc]
-    assert moved == ("model of", cleaned)
-    np.testing.assert_allclose(noise.sd, [0.3, 0.5])
+    moved = noise_fit.with_noise(fitted(model), found(Outliers(), (0.01, 0.06)))
+    assert moved.model == ("model of", cleaned)
+    np.testing.assert_allclose(moved.noise.sd, [0.3, 0.5])
     deviation, own, peak, values = seen[0]
     assert deviation == "from table" and values == (0.01, 0.06) and peak is PEAK and own is OWN
 
 
+def test_scatter_that_effects_explain_is_no_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With an effect within touches, the noise is estimated again from what it leaves."""
+    cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([0.09, 0.09])))
+    known = SimpleNamespace(table=None, without=lambda wrong: cleaned)
+    model = SimpleNamespace(known=known, with_readings=lambda observed: "cleaned")
+    monkeypatch.setattr(Outliers, "wrong", lambda self, *given: "wrong")
+    monkeypatch.setattr(noise_fit, "fit", lambda model, vector, noise, drifts: again(model, noise, within=True))
+    monkeypatch.setattr(noise_fit, "settled", lambda fitted: ("settled", fitted))
+    word, of = noise_fit.with_noise(fitted(model), found(Outliers(), (0.01, 0.06)))  # type: ignore[misc]
+    assert word == "settled" and of.model == "cleaned"
+
+
 def test_an_error_that_all_elements_share(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(noise_fit, "_touch_size", lambda fitted, noise: 0.007)
-    _, noise = noise_fit.with_noise(fitted(WITHOUT_TABLE), found(CommonModeNoise(), (0.02, 0.3)))  # type: ignore[misc]
+    noise = noise_fit.with_noise(fitted(WITHOUT_TABLE), found(CommonModeNoise(), (0.02, 0.3))).noise
     assert noise.added == AddedNoise(common=0.02, common_shared=0.3, common_touch=0.007)
     np.testing.assert_array_equal(noise.sd, OWN)
 

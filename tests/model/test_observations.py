@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from bayestouch.chain.recording import History
 from bayestouch.data.touches import Touches
 from bayestouch.model.observations import Observations, UntimedTouches, history_of
 
@@ -99,3 +101,11 @@ def test_touches_of_which_only_the_number_counts() -> None:
     np.testing.assert_array_equal(touches.row_touch, [0, 1, 2])
     values = np.arange(3.0)
     assert touches.of_touches(values) is values
+
+
+def test_earlier_readings_with_swapped_wires() -> None:
+    """Touches are as they were; what was read before them is in the other order."""
+    before = replace(observed(), history=History(np.zeros(1), np.ones(1), np.array([[1.0, 2.0]])))
+    after = before.with_wires(np.array([1, 0]))
+    np.testing.assert_array_equal(after.history.readings, [[2.0, 1.0]])
+    np.testing.assert_array_equal(after.means.readings, before.means.readings)

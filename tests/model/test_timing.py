@@ -54,6 +54,15 @@ def test_order_of_rows_where_there_is_no_clock(time: list[float], why: str) -> N
     np.testing.assert_array_equal(one.time_s, [0.0, 1.0])
 
 
+def test_samples_are_counted_from_the_first_in_contact() -> None:
+    """Whatever number the first one has. Of 10 to 13 the first is at rest, so that two steps are the longest."""
+    made = table([np.nan] * 6, [1, 1, 1, 1, 2, 2], [False, True, True, True, True, True])
+    made.sample = np.array([10, 11, 12, 13, 1, 7])
+    found = Timing.of(made)
+    np.testing.assert_allclose(found.held_s, [0, 0, 0.1, 0.2, 0, 0.1])
+    np.testing.assert_allclose(found.time_s, [0, 0, 0.1, 0.2, 1, 1.1])
+
+
 def test_gap_between_touches() -> None:
     """From last row to first row of the next: 3 and 5, in any order of rows."""
     time, held = np.array([0.0, 1.0, 4.0, 5.0, 10.0]), np.array([0.0, 1.0, 0.0, 1.0, 0.0])

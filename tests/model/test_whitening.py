@@ -85,3 +85,11 @@ def test_density_of_deviations_changes_with_the_noise_as_that_of_independent_one
         found.append(inside[0] - 0.5 * ((deviation / sd) ** 2).sum())
         wanted.append(stats.norm(0, sd).logpdf(independent).sum())
     assert found[1] - found[0] == pytest.approx(wanted[1] - wanted[0], rel=1e-12)
+
+
+def test_volume_of_deviations_with_a_shared_error() -> None:
+    """By the determinant of the covariance of one sample, of which n - 1 of n are independent."""
+    sd, shared = np.array([1.0, 0.5, 2.0]), np.array([2.0, 1.0, 0.3])
+    white = Whitening(np.zeros((1, 3, 3)), np.tile(sd, (4, 1)), np.tile(shared, (4, 1)))
+    _, log_determinant = np.linalg.slogdet(np.diag(sd**2) + np.outer(shared, shared))
+    assert white.log_volume_within(np.zeros(4, dtype=int))[0] == pytest.approx(-3 * 0.5 * log_determinant, rel=1e-12)

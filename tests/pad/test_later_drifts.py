@@ -13,6 +13,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.effects.effect import Values
 from bayestouch.effects.pad import LoadNonlinearity
 from bayestouch.effects.random import RandomEffect
+from bayestouch.model.fitting import drift_columns
 from bayestouch.pad.later_drifts import with_later_drifts
 
 T = 24
@@ -64,3 +65,16 @@ def test_effects_beside_the_drift_change_nothing() -> None:
     bent = replace(alone, model=model, vector=model.extended(alone.vector, (0.01, 60.0)))
     expected = with_later_drifts(before, alone).discrepancy_sd
     np.testing.assert_allclose(with_later_drifts(before, bent).discrepancy_sd, expected, rtol=1e-12)
+
+
+def test_what_the_drift_that_was_added_last_does() -> None:
+    """With the earlier one it is all that drifts."""
+    fitted = fitted_pad(pad_of(40, GaussianKernel(6.0)), (BASELINE, (0.04, 40.0)), (GAIN, (0.03, 60.0, 0.0)))
+    first = replace(fitted, drifts=fitted.drifts[:1])
+    functions = fitted.linear.functions
+    assert functions is not None
+    n = len(functions.raw) - len(drift_columns(fitted.model, fitted.vector, fitted.drifts[1:]))
+    assert n == len(drift_columns(first.model, first.vector, first.drifts))
+    earlier = np.tensordot(fitted.linear.weights()[:n], functions.raw[:n], axes=1)
+    np.testing.assert_allclose(fitted.last_drifted + earlier, fitted.drifted, atol=1e-12)
+    assert np.abs(fitted.last_drifted).max() > 0

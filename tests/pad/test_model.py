@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drifting_pad import pad_of
 
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.pad.map_basis import MapBasis
+from bayestouch.priors.parameters import LogNormal
 
 
 @pytest.mark.parametrize("with_map", [False, True])
-def test_prediction_with_derivatives(with_map: bool) -> None:
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_prediction_with_derivatives(with_map: bool, logarithmic: bool) -> None:
+    """Also over the logarithms of a gain and of an offset, if their priors are log-normal."""
     model = pad_of(9, GaussianKernel(6.0), with_map=with_map)
+    if logarithmic:
+        priors = list(model.priors)
+        priors[0], priors[2] = LogNormal(5.0, 0.3), LogNormal(0.3, 0.4)
+        model = replace(model, priors=tuple(priors))
     vector = model.start(model.pad)
     vector[model.n_chain :] = np.linspace(-1.0, 1.0, len(vector) - model.n_chain)
     predicted, derivatives, samples = model.with_derivatives(vector)

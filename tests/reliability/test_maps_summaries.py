@@ -33,6 +33,7 @@ def test_a_pad_says_where_the_location_is_best() -> None:
         np.array([[0.3, 0.0], [0.0, 0.1]]),
         np.array([[0.0, 0.4], [0.0, 0.0]]),
         np.zeros((2, 2, 4)),
+        np.zeros((2, 2)),
     )
     assert repr(spots).splitlines() == [
         "PadSpots of 2 places",

@@ -246,7 +246,7 @@ def test_pads_locate_as_well_as_predicted() -> None:
     z = (posteriors.mean("x") - x)[inside] / sd
     # a mean square of n squares, four standard errors
     assert np.mean(z**2) == pytest.approx(1.0, abs=4 * np.sqrt(2 / len(z)))
-    assert spots.by_element.sum(axis=-1)[:, 0] == pytest.approx(spots.sd**2, rel=1e-9)
+    assert (spots.by_element.sum(axis=-1) + spots.of_none)[:, 0] == pytest.approx(spots.sd**2, rel=1e-9)
     place = np.array([[4.0], [9.0]])
     sensitivity = reader.map.sensitivity * np.array([1.0, 1.02, 1.0, 1.0])
     stronger = replace(reader, map=replace(reader.map, sensitivity=sensitivity))

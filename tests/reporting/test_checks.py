@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from posterior_cases import calibration, touches
-from scipy.stats import norm
+from scipy.stats import binom, norm
 
+from bayestouch.reporting import checks
 from bayestouch.reporting.check_pictures import check_pictures
 from bayestouch.reporting.checks import left_out_ranks, predictive_check, prior_sensitivity
 from bayestouch.results.objects import TouchPosteriors
@@ -77,3 +78,16 @@ def test_the_prior_that_decides_is_told_from_the_touches_that_decide() -> None:
     assert found["touches"]["prior"] < 0.02 and found["touches"]["likelihood"] > 0.05
     assert found["touches"]["finding"] == "the touches decide"
     assert found["prior"]["finding"] == "the prior decides" and found["prior"]["likelihood"] < 0.05
+
+
+@pytest.mark.parametrize("n", [45, 54, 599])
+def test_as_many_readings_inside_as_a_limit_are_not_unlikely(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
+    """Numbers are compared: as percentages the two may differ by rounding."""
+    fewest, most = binom(n, 0.9).ppf([0.01, 0.99]).astype(int)
+    ranks = np.zeros((n, 4))
+    for column, inside in enumerate((fewest, fewest - 1, most, min(most + 1, n))):
+        ranks[:inside, column] = 0.5
+    monkeypatch.setattr(checks, "left_out_ranks", lambda *given: ranks)
+    found = predictive_check(read(3, 4))
+    assert found is not None and found["too_often_outside"] == ["e02"]
+    assert found["too_often_inside"] == (["e04"] if most < n else [])

@@ -23,7 +23,7 @@ from bayestouch.output.text import exact, fixed, listed, number, percent, plural
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
-from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
+from bayestouch.reporting.calibration_tables import model_rows, statistic_rows, used_model
 from bayestouch.reporting.diagnosed import Diagnosed
 from bayestouch.reporting.differences import error_summary
 from bayestouch.reporting.evidence import Evidence
@@ -156,7 +156,7 @@ def test_calibration_uncertainty_is_of_the_named_quantities(calibration: Calibra
 
 def test_the_command_names_a_saved_diagnosis(calibration: Calibration) -> None:
     evidence = evidence_of(calibration, posteriors_of(calibration, np.full(3, 12.3), 0))
-    start = "bayestouch report -o report --seed 1 --draws 64"
+    start = "bayestouch report DATASET -o report --seed 1 --draws 64"
     for diagnosed, options in (
         (None, " --no-diagnosis"),
         (Diagnosed({}), ""),
@@ -255,10 +255,14 @@ def test_models_are_told_apart_from_statistics() -> None:
         "error_percent_peak_layer_with_map": 1.0,
         "error_percent_peak_power": 4.0,
     }
-    assert [(row["model"], row["map"]) for row in model_rows(statistics)] == [
-        ("layer with map", True),
-        ("layer", False),
+    # The one with a map is better, but not clearly.
+    used = used_model({"kernel": "layer", "empirical_map": "no"})
+    assert [(row["model"], row["map"], row["used"]) for row in model_rows(statistics, used)] == [
+        ("layer with map", True, False),
+        ("layer", False, True),
     ]
+    assert used_model({"kernel": "layer-line", "empirical_map": "yes"}) == "layer-line with map"
+    assert used_model({"kernel": "constant", "empirical_map": "yes"}) == "map alone"
     assert [row["value"] for row in statistic_rows(statistics)] == [30.0, -1.0, 4.0]
 
 
@@ -283,6 +287,14 @@ def write_old_report(folder: Path, numbers: str = "report.json") -> None:
     listed_figures = [{"file": "figures/kept.svg"}, {"file": "figures/stale.svg"}]
     (folder / numbers).write_text(json.dumps({"figures": listed_figures}))
     (folder / "notes.txt").write_text("mine")
+
+
+def test_a_report_keeps_the_figures_of_a_diagnosis_in_its_folder(tmp_path: Path) -> None:
+    output = tmp_path / "both"
+    write_old_report(output, "diagnosis.json")
+    with new_folder(output) as folder:
+        (folder / "report.json").write_text(json.dumps({"figures": []}))
+    assert (output / "figures" / "stale.svg").exists() and (output / "diagnosis.json").exists()
 
 
 @pytest.mark.parametrize("numbers", ["report.json", "comparison.json", "diagnosis.json"])

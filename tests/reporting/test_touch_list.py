@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from posterior_cases import touches
 
 from bayestouch.reporting.touch_list import about_touches
 
@@ -31,3 +33,13 @@ def test_shown_touches_reach_from_the_first_to_the_last(count: int, shown: int) 
     assert found["touch"][0] == 0 and found["touch"][-1] == count - 1
     # one of two, or the one after it where rounding says so
     assert np.diff(found["touch"]).max() <= -(-(count - 1) // (shown - 1))
+
+
+def test_a_reference_of_350_degrees_is_one_of_minus_10() -> None:
+    found = touches()
+    about = found.mean("theta_c")
+    turned = replace(
+        found, reference={**found.reference, "theta_c": about + np.array([360.0, -360.0, 0.0, 720.0, 360.0])}
+    )
+    listed = about_touches(SimpleNamespace(posteriors=turned))  # type: ignore[arg-type]
+    np.testing.assert_allclose(listed["parameters"]["theta_c"]["reference"], about, atol=1e-3)

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from bayestouch.diagnosis.outcome import VERDICTS
+from bayestouch.reporting.answer import _intervals
 from bayestouch.reporting.verdict import _fix, _gain, _trusted
 
 LIMITS = {"low": 0.9, "high": 1.1, "expected": 1.0}
@@ -101,7 +102,43 @@ def test_prediction_errors_are_stated_to_two_digits() -> None:
         "after": {"prediction_error_percent_peak": 1.2345},
         "correction": None,
     }
-    assert _gain(found) == " (3.1 % of the peak falls to 1.2 %)"
+    assert _gain(found) == "lowers the prediction error on held-out touches (3.1 % of the peak falls to 1.2 %)"
+
+
+@pytest.mark.parametrize(("before", "after"), [(1.201, 1.199), (1.2, 1.3)])
+def test_an_error_that_did_not_become_smaller_is_not_lowered(before: float, after: float) -> None:
+    stands = [{"prediction_error_percent_peak": each} for each in (before, after)]
+    said = _gain({"before": stands[0], "after": stands[1], "correction": None})
+    assert said.startswith("does not lower the prediction error on held-out touches (1.2 % of the peak before, 1.")
+    assert said.endswith(" % after)")
+
+
+def rows(**of: tuple[float, int]) -> list[dict[str, Any]]:
+    return [
+        {
+            "parameter": name,
+            "percent_inside": {"90": share},
+            "se_90": 100 * (0.09 / n) ** 0.5,
+            "touches": n,
+        }
+        for name, (share, n) in of.items()
+    ]
+
+
+def test_a_region_stands_for_both_coordinates() -> None:
+    """The sentences and the first answer then judge the same rows."""
+    found = numbers(None, lack_of_fit=1.0)
+    found["trust"]["coverage"] = rows(x=(80.0, 400), y=(91.0, 400), P=(90.0, 400), region=(90.0, 400))
+    assert _trusted(found)["short"] == "Yes"
+    assert "the stated uncertainties can be trusted" in _intervals(found)[0]
+
+
+def test_a_parameter_with_few_touches_does_not_hide_the_others() -> None:
+    found = numbers(None, lack_of_fit=1.0)
+    found["trust"]["coverage"] = rows(theta_c=(50.0, 400), R=(83.0, 6))
+    assert _trusted(found)["short"] == "Not as stated" and "least: 50 %, 400 touches" in _trusted(found)["reason"]
+    found["trust"]["coverage"] = rows(R=(83.0, 6))
+    assert _trusted(found)["short"] == "Too few touches to say"
 
 
 def test_few_touches_are_a_sentence_too() -> None:

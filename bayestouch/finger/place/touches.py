@@ -104,6 +104,11 @@ class TouchesWithPlaces:
         low_rank = LowRank(by_load * weight, self.own * weight.T[:, :, None], self.surface * weight[:, :, None])
         return ErrorsWithPlaces(weight, low_rank)
 
+    def drawn(self, n: int, rng: np.random.Generator) -> FloatArray:
+        """Change of the readings (n, t, m) by functions drawn from their prior."""
+        own = self.own.shape[0] * self.own.shape[2]
+        return self.added(rng.standard_normal((n, own + self.surface.shape[2])))
+
     def added(self, weights: FloatArray) -> FloatArray:
         """Change of the readings (..., t, m) for weights (..., m r + q)."""
         return LowRank(np.zeros(self.surface.shape[:2]), self.own, self.surface).added(weights)

@@ -145,13 +145,14 @@ class FingerTouchReader:
 
     def ready(self, touches: AveragedTouches) -> FingerTouches:
         """The touches with the effects at their times, drifts estimated from all touches, and true loads."""
-        means, use_load = touches.means, self.options.use_load
+        means, observed, use_load = touches.means, touches.observed, self.options.use_load
         if self.check is not None:
             means = self.check.corrected(means)
             use_load = use_load and not self.check.force_left_out
+            observed = None if observed is None else observed.with_wires(self.check.order)
         unknown = readings_of(means, self.noise.force_sd, use_load)
-        if touches.observed is not None and self.effects_chain is not None:
-            unknown = prepare(unknown, touches.observed, self.effects_chain, self.sampler, plug_in=self.options.plug_in)
+        if observed is not None and self.effects_chain is not None:
+            unknown = prepare(unknown, observed, self.effects_chain, self.sampler, plug_in=self.options.plug_in)
         return FingerTouches(means, unknown)
 
     def fitted(self, block: FingerTouches) -> FingerMisfit:

@@ -24,6 +24,8 @@ from bayestouch.results.objects import Calibration
 
 # Number of Gauss-Hermite nodes for the load at a location: with and without a measured load.
 MEASURED, UNMEASURED = 3, 7
+# Steps to the load of a location where the sensitivity depends on it: each squares a relative error of a tenth or two.
+LOAD_STEPS = 3
 # A region is replaced if its ends have more than the share AT_END of the probability, if the mean of the posterior is
 # more than MOVED sd from its centre, or if an sd differs by more than a factor RESIZED. TRIES: largest number of
 # regions.
@@ -205,6 +207,14 @@ class PadLive:
         by_load = sensitivity * (here / spread)
         precision = np.einsum("nm,nm->n", by_load, sensitivity) + 1 / felt_sd**2
         centre = np.maximum((by_load @ reading + load / felt_sd**2) / precision, 1e-3 * reader.load)
+        for _ in range(0 if reader.map.loads is None else LOAD_STEPS):
+            # The sensitivity depends on the load: Gauss-Newton steps from where it is that of the typical load.
+            signal, spread = variance(centre)
+            slope = reader.map.slopes(location, centre)[0]
+            by_load = slope * (here / spread)
+            precision = np.einsum("nm,nm->n", by_load, slope) + 1 / felt_sd**2
+            pull = np.einsum("nm,nm->n", by_load, reading - signal) + (load - centre) / felt_sd**2
+            centre = np.maximum(centre + pull / precision, 1e-3 * reader.load)
         sd = 1 / np.sqrt(precision)
         z, log_weight = _hermite(MEASURED if measured else UNMEASURED)
         # Felt loads.

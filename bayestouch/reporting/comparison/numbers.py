@@ -44,11 +44,12 @@ def compared(first: Side, second: Side) -> dict[str, Any]:
 
 
 def compared_parameters(first: Calibration, second: Calibration) -> list[dict[str, Any]]:
-    """One row for each parameter that both have; for values by element, only if both have equally many elements."""
+    """One row for each parameter that both have, in one unit; values by element only of equally many elements."""
     units = {parameter.name: (parameter.symbol, parameter.unit) for parameter in first.parameters}
+    others = in_other_units(first, second)
     rows = []
     for name, (symbol, unit) in units.items():
-        if name not in first.posterior or name not in second.posterior:
+        if name not in first.posterior or name not in second.posterior or name in others:
             continue
         a, b = (np.asarray(each.posterior[name]) for each in (first, second))
         if a.shape[2:] != b.shape[2:]:
@@ -71,6 +72,12 @@ def compared_parameters(first: Calibration, second: Calibration) -> list[dict[st
                 }
             )
     return rows
+
+
+def in_other_units(first: Calibration, second: Calibration) -> list[str]:
+    """Names of parameters that the calibrations have in different units."""
+    units = {parameter.name: parameter.unit for parameter in second.parameters}
+    return [each.name for each in first.parameters if units.get(each.name, each.unit) != each.unit]
 
 
 def _moments(draws: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -113,6 +120,8 @@ def _sentences(numbers: dict[str, Any], first: Calibration, second: Calibration)
             out.append(f"The {name} is {both} ({change:+.0f} %).".replace("-", "−"))
     if first.sensor.n_elements != second.sensor.n_elements:
         out.append("The two have different numbers of elements, so elements are not compared.")
+    if others := in_other_units(first, second):
+        out.append(f"Parameters in different units are not compared: {listed(others)}.")
     rows = [row for row in numbers["parameters"] if row["difference_in_sd"] == row["difference_in_sd"]]  # no NaN
     telling = [row for row in rows if abs(row["difference_in_sd"]) > TELLING]
     telling.sort(key=lambda row: -abs(row["difference_in_sd"]))

@@ -79,7 +79,7 @@ def _by_location(evidence: Evidence, tip: float) -> Picture:
     repeated = samples.n_touches > len(posteriors.rows.touch)
     # An interval that reaches the flat has no upper limit in r_c; it is cut off at four times the tip.
     top = 1.08 * float(min(high.max(), 4 * tip))
-    middle, high = np.minimum(middle, 10 * top), np.minimum(high, 10 * top)
+    low, middle, high = (np.minimum(values, 10 * top) for values in (low, middle, high))
     with drawing():
         figure, axes = canvas(4.3)
         ax = axes[0, 0]

@@ -110,7 +110,10 @@ def _smallest(numbers: dict[str, Any]) -> dict[str, str]:
     seen = _seen(numbers["estimates"]["radius_limits"])
     if span["lowest"] is None:
         return verdict_row(
-            question, "None", f"Nowhere is even a flat distinguished from a knife edge in one touch of two.{seen}"
+            question,
+            "None",
+            "Nowhere does one touch distinguish even a flat from a knife edge with 95 % probability (predicted)."
+            f"{seen}",
         )
     if number(span["lowest"], 2) == number(span["highest"], 2):
         short = f"r_c = {number(span['lowest'], 2)} mm"

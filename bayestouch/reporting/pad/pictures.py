@@ -104,7 +104,7 @@ def _plane(evidence: Evidence, error: FloatArray) -> Picture:
     reference, error = reference[known], error[known]
     size = np.sqrt((error**2).sum(axis=1))
     inside, several = inside_array(evidence)[known], several_modes(evidence.posteriors)[known]
-    step = max(1, len(size) // _ARROWS)
+    step = max(1, -(-len(size) // _ARROWS))
     span = np.ptp(np.vstack([reference, places]), axis=0)
     with drawing():
         width = 7.5 / 2

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from posterior_cases import calibration
 from report_cases import FINGER, LINE, Page, small
 
 import bayestouch
 from bayestouch.commands.cli import main
 from bayestouch.errors import InputError
+from bayestouch.reporting.comparison.numbers import compared_parameters, in_other_units
 from bayestouch.simulation import simulate
 
 
@@ -68,3 +70,14 @@ def test_two_calibrations_on_the_command_line(tmp_path: Path, capsys: pytest.Cap
 def test_a_finger_and_a_pad_are_not_compared(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="two fingers or two pads"):
         bayestouch.compare(small(FINGER).dataset, small(LINE).dataset, tmp_path / "out")
+
+
+def test_parameters_in_different_units_are_not_compared() -> None:
+    """Readings in counts and in volts have responses that only share a name."""
+    one = calibration()
+    volts = [replace(each, unit="V") if each.name == one.parameters[0].name else each for each in one.parameters]
+    other = replace(one, parameters=tuple(volts))
+    name = one.parameters[0].name
+    assert in_other_units(one, other) == [name] and in_other_units(one, one) == []
+    assert name not in {row["parameter"] for row in compared_parameters(one, other)}
+    assert name in {row["parameter"] for row in compared_parameters(one, one)}

@@ -99,5 +99,5 @@ def test_where_and_down_to_which_radius() -> None:
     assert smallest["short"] == "r_c = 0.12 mm" and smallest["reason"].endswith(" At 12 % of locations nothing is.")
     nowhere = own_answers(numbers(places={"threshold_mm": {"lowest": None, "highest": None}}))[1]
     assert nowhere["short"] == "None" and nowhere["reason"].startswith(
-        "Nowhere is even a flat distinguished from a knife edge"
+        "Nowhere does one touch distinguish even a flat from a knife edge"
     )
