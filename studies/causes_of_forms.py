@@ -140,9 +140,9 @@ def allowed(record: Record) -> Record:
     return again({**fitted, "best": best_effect(recorded(fitted))}, SHARES)
 
 
-def development() -> list[Record]:
-    """Results of the fingers of development."""
-    return [allowed(each) if "fitted" in each else each for each in kept_lines(DEVELOPMENT)]
+def kept(path: Path) -> list[Record]:
+    """Results in a file, with probabilities of causes."""
+    return [allowed(each) if "fitted" in each and "causes" not in each else each for each in kept_lines(path)]
 
 
 def summary(results: Sequence[Record]) -> str:
@@ -164,7 +164,7 @@ def main(arguments: list[str] | None = None) -> list[Record]:
     parser.add_argument("--tables", action="store_true", help="run nothing: print the tables")
     parser.add_argument("--docs", action="store_true", help="run nothing: write tables and diagram of the page")
     given = parser.parse_args(arguments)
-    results = kept_lines(given.results)
+    results = kept(given.results)
     if not (given.tables or given.docs):
         version = code_version()
         if other := {version_of(each) for each in results} - {version}:
@@ -177,7 +177,9 @@ def main(arguments: list[str] | None = None) -> list[Record]:
     text = summary(results)
     print(text)
     if given.docs:
-        text += f"{FIGURE}\nFingers of development, with the same shares:\n\n{summary(development())}"
+        text += FIGURE
+        if given.results.resolve() != DEVELOPMENT:
+            text += f"\nFingers of development, with the same shares:\n\n{summary(kept(DEVELOPMENT))}"
         put_into_page("causes_of_forms.py", text, DOCS / "diagnosis.md")
         save_diagram([each for each in results if "causes" in each], DIAGRAM)
     return results
