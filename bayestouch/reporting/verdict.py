@@ -82,9 +82,10 @@ def _gain(found: dict[str, Any]) -> str:
         return "describes the touches of the fit better"
     old, new = number(before, 2), number(after, 2)
     # Effects of the noise, for one, make a prediction more probable and leave its error as it is.
-    does = "lowers" if after < before and old != new else "does not lower"
-    change = f"{old} % of the peak {'falls to' if does == 'lowers' else 'before,'} {new} %"
-    change += "" if does == "lowers" else " after"
+    if after < before and old != new:
+        does, change = "lowers", f"{old} % of the peak falls to {new} %"
+    else:
+        does, change = "does not lower", f"{old} % of the peak before, {new} % after"
     if errors_of_samples(*pair):
         change = f"of samples: {change}; of touch means: {number(means[0], 2)} % before, {number(means[1], 2)} % after"
     return f"{does} the prediction error on held-out touches ({change})"
@@ -111,11 +112,8 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
     elif found is not None and _word(found) == "adequate":
         parts.append(f"The search for effects found none. {verdict_sentence(found)}")
         short = "Nothing in the model"
-    elif found is not None and "missing" in found:
-        parts.append(found["missing"])
-        short = "See what to measure next"
     else:
-        parts.append("No effect was searched for: bayestouch diagnose does that.")
+        parts.append((found or {}).get("missing", "No effect was searched for: bayestouch diagnose does that."))
         short = "See what to measure next"
     steps = numbers["next"]
     if steps:
