@@ -41,7 +41,8 @@ import bayestouch
 from bayestouch.array_types import IntArray
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.model.body import body_of
-from bayestouch.model.planned import Group, PlannedReadings, planned_table
+from bayestouch.model.planned import Group, PlannedReadings
+from bayestouch.model.planned_table import planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.pad.calibration import calibrate_pad
 from bayestouch.reliability.two_causes import two_models

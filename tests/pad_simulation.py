@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
+import bayestouch
 from bayestouch.chain.kernels import GaussianKernel, Kernel
 from bayestouch.chain.pad import PadChain
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Pad, Sensor
 from bayestouch.data.touches import Touches, touches_from
+from bayestouch.effects.stated import StatedModel
+from bayestouch.results.objects import Calibration
+
+# Noise of the force sensor of `flattening`, N.
+FORCE_NOISE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +55,20 @@ class SimulatedPad:
         *,
         load: np.ndarray | None = None,
         measured: bool = False,
+        acting: np.ndarray | None = None,
         exponent: float = 1.0,
         samples: int = 1,
         creep: float = 0.0,
     ) -> Touches:
-        """Readings of touches at `location` (t, D), `samples` of each; the last ones lower by the share `creep`."""
+        """Readings of touches at `location` (t, D), `samples` of each; the last ones lower by the share `creep`.
+
+        `acting` are the loads that elements feel; by default, `load` itself.
+        """
         n = len(location)
         if load is None:
             load = 1 + self.load_spread * rng.standard_normal(n)
-        signal = self.chain.predict(location, load**exponent) - self.chain.offset
+        felt = load**exponent if acting is None else acting
+        signal = self.chain.predict(location, felt) - self.chain.offset
         rows = np.repeat(np.arange(n), samples)
         fade = 1 - creep * np.tile(np.linspace(0, 1, samples) if samples > 1 else [0.0], n)
         clean = signal[rows] * fade[:, None]
@@ -100,3 +112,21 @@ def grid(low: float, high: float, n: int, dimensions: int) -> np.ndarray:
     """Regular locations in a box, (n**dimensions, dimensions)."""
     axis = np.linspace(low, high, n)
     return np.stack(np.meshgrid(*[axis] * dimensions, indexing="ij"), axis=-1).reshape(-1, dimensions)
+
+
+def flattened(load: np.ndarray) -> np.ndarray:
+    """Acting loads under a skin that carries 0.3 N before it touches, with a response that then flattens."""
+    reached = np.maximum(load - 0.3, 0.0)
+    return np.asarray(reached / (1 + 0.2 * reached))
+
+
+@cache
+def flattening() -> tuple[SimulatedPad, Calibration]:
+    """A pad with `flattened` loads, and its calibration, which has the effect; loads from 0.5 to 4 N."""
+    rng, pad = np.random.default_rng(6), line()
+    place, load = rng.uniform(7.0, 31.0, (200, 1)), rng.uniform(0.5, 4.0, 200)
+    table = pad.touch(place, rng, load=load, measured=True, acting=flattened(load), samples=4)
+    table = table.with_(load=table.load + FORCE_NOISE * rng.standard_normal(table.n_rows))
+    dataset = replace(pad.dataset(table), sensor=replace(pad.sensor, force_noise_sd=FORCE_NOISE))
+    model = StatedModel("pad", "", (("load_nonlinearity", {}),))
+    return pad, bayestouch.calibrate(dataset, kernel="gaussian", model=model, draws=200)

@@ -98,6 +98,10 @@ def _planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     return planned(calibration, table)
 
 
+def _loads_as_read(calibration: Calibration) -> FloatArray:
+    return calibration.rows.load
+
+
 BODY = Body(
     kind="finger",
     options={
@@ -123,5 +127,6 @@ BODY = Body(
     stated=_stated,
     lacking=_lacking,
     planned=_planned,
+    loads_as_read=_loads_as_read,
     learned_priors=_learned_priors,
 )

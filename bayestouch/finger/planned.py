@@ -22,14 +22,8 @@ from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
-from bayestouch.model.planned import (
-    Group,
-    PlannedReadings,
-    PlannedTouches,
-    one_row_each,
-    planned_table,
-    with_load_error,
-)
+from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, with_load_error
+from bayestouch.model.planned_table import one_row_each, planned_table
 from bayestouch.results.objects import Calibration
 
 # From composite radius (mm), location (rad) and load (N/m) of touches (t,) to readings (t, m).

@@ -13,6 +13,7 @@ from bayestouch.data.geometry import BODIES
 from bayestouch.errors import InputError, nearest
 
 if TYPE_CHECKING:
+    from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Sensor
@@ -78,6 +79,8 @@ class Body:
         a calibration; `known` has the means of the touches with references.
     planned : callable
         ``(calibration, table)`` to `bayestouch.model.planned.PlannedTouches`: the touches of a table that are planned.
+    loads_as_read : callable
+        From a calibration to the loads of its touches as the force sensor reads them, NaN where none was measured.
     learned_priors : callable or None
         ``(earlier, dataset, contact)`` to the priors that earlier calibrations give, and notes; None for a body without
         the option ``like``.
@@ -96,6 +99,7 @@ class Body:
     stated: Callable[[Calibration], tuple[StatedModel, dict[str, Any]]]
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
     planned: Callable[[Calibration, Touches], PlannedTouches]
+    loads_as_read: Callable[[Calibration], FloatArray]
     learned_priors: Callable[..., tuple[dict[str, Prior], tuple[str, ...]]] | None = None
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)

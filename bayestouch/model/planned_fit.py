@@ -15,7 +15,8 @@ from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.linear import covariance_of
 from bayestouch.model.observations import Observations
-from bayestouch.model.planned import PlannedReadings, one_row_each, with_load_error
+from bayestouch.model.planned import PlannedReadings, with_load_error
+from bayestouch.model.planned_table import one_row_each
 
 # Largest number of distinct times of planned touches at which a drift is exact; smallest distance from the end of the
 # fit, in correlation lengths, at which a time counts as another one.
@@ -33,7 +34,7 @@ def planned_readings(fitted: Fitted, touches: TouchMeans, correction: Correction
     fitted : Fitted
         The fit.
     touches : TouchMeans
-        The touches, from `bayestouch.model.planned.planned_table`.
+        The touches, from `bayestouch.model.planned_table.planned_table`.
     correction : Correction, optional
         Functions of place that are added to the fit.
     """

@@ -88,6 +88,13 @@ def _planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     return planned(calibration, table)
 
 
+def _loads_as_read(calibration: Calibration) -> FloatArray:
+    from bayestouch.pad.corrected import PadEffects
+
+    acting, effects = calibration.rows.load, PadEffects.of(calibration)
+    return acting if effects is None else effects.as_read(acting)
+
+
 BODY = Body(
     kind="pad",
     options={
@@ -107,6 +114,7 @@ BODY = Body(
     stated=_stated,
     lacking=_lacking,
     planned=_planned,
+    loads_as_read=_loads_as_read,
     most_touches=MOST_TOUCHES,
     instead={
         "contact": "a pad has no contact model, choose a kernel: it describes contact and body together",

@@ -30,8 +30,8 @@ from bayestouch.results.objects import Calibration
 STEPS, STEPS_NEAR = 25, 10
 # Step of the central difference of a reading over its signal, over the peak; smallest slope in a Newton step.
 SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
-# Smallest noise of an acting load over that at the reference load: a load that does not act is known, but a standard
-# deviation of zero has no density.
+# Smallest noise of an acting load over that at the reference load, and smallest change of an acting load over that of
+# the true load: a load that does not act is known, but a standard deviation of zero has no density.
 LEAST_RELATIVE_SLOPE = 1e-3
 # Number of loads at which effects of the load are tabulated.
 GRID = 2001
@@ -215,6 +215,12 @@ class PadEffects:
         """Derivative of `pressing`, any shape; zero for acting loads that no tabulated true load gives."""
         step = 1e-4 * self.reference_load
         return np.asarray((self.pressing(acting + step) - self.pressing(acting - step)) / (2 * step))
+
+    def acting_slope(self, pressed: FloatArray) -> FloatArray:
+        """Derivative of acting loads over true loads (n,), at least `LEAST_RELATIVE_SLOPE`."""
+        step = 1e-4 * self.reference_load
+        change = self.acting_of_pressed(pressed + step) - self.acting_of_pressed(pressed - step)
+        return np.asarray(np.maximum(change / (2 * step), LEAST_RELATIVE_SLOPE))
 
     def _posed(self, load: FloatArray, effects: Sequence[tuple[Effect, Values]]) -> FloatArray:
         recording = self._recording(

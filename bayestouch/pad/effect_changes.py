@@ -27,17 +27,20 @@ STEP = 0.1
 CHUNK = 1500
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class CorrectedMeans(TouchMeans):
     """Touches whose readings and loads are corrected for effects; q causes, t touches, m elements.
 
     Attributes
     ----------
-    changes : (t, q, m + 1) array
+    load_as_read : (t,) array
+        Mean loads as read by the force sensor; NaN where none was measured.
+    changes : (t, q, m + 1) array or None
         Change of the corrected readings; last, the change of the corrected load minus that of the acting load at the
-        same true load.
+        same true load. None if the values of the effects count as exact.
     """
 
+    load_as_read: FloatArray
     changes: FloatArray | None = None
 
 
@@ -49,7 +52,9 @@ def changes_of(effects: PadEffects, of: Callable[[PadEffects], FloatArray]) -> F
     return np.stack([(up - down) / (2 * STEP) for up, down in moved])
 
 
-def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samples: str) -> CorrectedMeans:
+def corrected_means(
+    effects: PadEffects, touches: Touches, dimensions: int, samples: str, *, exact: bool = False
+) -> CorrectedMeans:
     """Means of the touches of a table, corrected for effects, with the changes of the means.
 
     Parameters
@@ -60,26 +65,30 @@ def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samp
         Table with the rest reading subtracted.
     dimensions, samples
         As in `bayestouch.pad.known_touches.pad_readings`.
+    exact : bool
+        Whether the values of the effects count as exact.
 
     Raises
     ------
     InputError
         No touch is in contact.
     """
-
     corrected = effects.corrected(touches)
+    means = pad_readings(corrected, dimensions, samples)
+    of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
+    out = CorrectedMeans(**of_means, load_as_read=pad_readings(touches, dimensions, samples).load)
+    if exact:
+        return out
 
     def columns(effects: PadEffects) -> FloatArray:
         means = pad_readings(effects.corrected(touches, near=corrected), dimensions, samples)
         return np.column_stack([means.readings, means.load])
 
-    means = pad_readings(corrected, dimensions, samples)
     changes = np.nan_to_num(changes_of(effects, columns))
     # With other values the same true load gives another acting load: only the rest of the change of a load is an error.
     of_load = changes_of_load(effects, np.nan_to_num(means.load, nan=effects.reference_load))
     changes[:, :, -1] -= np.where(np.isnan(means.load), 0.0, of_load)
-    of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
-    return CorrectedMeans(**of_means, changes=changes.swapaxes(0, 1))
+    return replace(out, changes=changes.swapaxes(0, 1))
 
 
 def changes_of_load(effects: PadEffects, acting: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 A calibration stores the variance of its empirical map at each place, but not the covariance of two places. The map is
 therefore written out again as random functions over the touches of the calibration and those that are planned, and is
 conditioned on the readings of the calibration. Kernel, noise, and the size and the length of the map are those of the
-calibration. With effects, readings are as corrected for them, and the values of the effects count as known.
+calibration. With effects, readings and loads are as corrected for them, and the values of the effects count as known.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.model.linear import covariance_of
-from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, planned_table, with_load_error
+from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, with_load_error
+from bayestouch.model.planned_table import planned_table
 from bayestouch.pad.candidates import kernel_shape
+from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.priors import PadPriors, pad_priors, stated_priors
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
@@ -43,7 +45,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     InputError
         For the reasons of `planned_table`.
     """
-    means, known = planned_table(table, calibration), _known(calibration)
+    means, known, effects = planned_table(table, calibration), _known(calibration), PadEffects.of(calibration)
     usable = np.asarray(calibration.extra[USABLE]) > 0
     priors, _ = pad_priors(
         calibration.sensor, known, rest_subtracted=calibration.rest_reading is not None, usable=usable
@@ -51,7 +53,8 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     priors = priors.with_stated(stated_priors(calibration), str(calibration.settings["kernel"]), calibration.sensor)
     chain, prior = _chain(calibration, priors)
     t, m = known.n_touches, chain.n_elements
-    place, load = np.concatenate([known.location, means.location]), np.concatenate([known.load, means.load])
+    acting = means.load if effects is None else effects.acting(means.load)
+    place, load = np.concatenate([known.location, means.location]), np.concatenate([known.load, acting])
     counts = np.concatenate([known.counts, np.where(usable, means.counts, 0)])
     of_signal = _Signal.of(calibration, place, load)
     variance = calibration.noise.mean_variance(np.maximum(counts, 1), of_signal.mean)
@@ -59,18 +62,21 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     own = chain.sensitivity_derivatives(place) * load[:, None, None]
     own[:, np.arange(m), m + np.arange(m)] = 1.0
     columns = np.concatenate([own, functions], axis=2) * (counts > 0)[:, :, None]
-    load_sd = _load_sd(calibration, load, np.concatenate([known.reads_of_load, means.reads_of_load]))
+    load_sd = _load_sd(calibration, effects, load, np.concatenate([known.reads_of_load, means.reads_of_load]))
     root = inverse_root((variance + left)[:t], (of_signal.by_load[:t] * load_sd[:t, None],), counts[:t] > 0)
     white = np.einsum("tij,tjd->tid", root, columns[:t], optimize=True).reshape(t * m, -1)
     of_prior = [_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]
     precision = np.append(of_prior, np.ones(functions.shape[2]))
     information = white.T @ white + np.diag(precision)
     covariance = covariance_of(information)
+    # What a user asks for is the true load.
+    acts = np.ones(means.n_touches) if effects is None else effects.acting_slope(effects.pressed(means.load))
     slopes = np.concatenate([of_signal.along, of_signal.by_load[:, :, None]], axis=2)[t:]
+    slopes[:, :, -1] *= acts[:, None]
     slopes = np.where(usable[:, None], slopes, 0.0)
     map_ = of_signal.map
     width = np.append(12 / (map_.high - map_.low) ** 2, 0.0) + np.zeros((means.n_touches, 1))
-    width[:, -1] = load_sd[t:] ** -2.0
+    width[:, -1] = (load_sd[t:] / acts) ** -2.0
     names = COORDINATES[: known.location.shape[1]]
     return PlannedTouches(
         readings=PlannedReadings(
@@ -176,12 +182,13 @@ def _map_columns(
     return columns, left
 
 
-def _load_sd(calibration: Calibration, load: FloatArray, reads: FloatArray) -> FloatArray:
-    """Error of each load that the elements feel: of the force sensor and load scatter, or the spread of the loads."""
+def _load_sd(calibration: Calibration, effects: PadEffects | None, load: FloatArray, reads: FloatArray) -> FloatArray:
+    """Error of each acting load: of the force sensor and load scatter, or the spread of the loads."""
     settings = calibration.settings
     if not settings["load_measured"]:
         return load * float(settings["load_sd"]) / float(settings["load_mean"])
-    sd = np.hypot(calibration.noise.mean_load_sd(reads), calibration.noise.load_scatter)
+    sensor = calibration.noise.mean_load_sd(reads) * (1.0 if effects is None else effects.relative_slope(load))
+    sd = np.hypot(sensor, calibration.noise.load_scatter)
     return np.where(np.isfinite(sd) & (sd > 0), sd, load)
 
 

@@ -11,6 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import responding
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
+from bayestouch.model.planned_table import usual_load
 from bayestouch.results.objects import Calibration
 
 # Number of places along a line, and along each side of a plane.
@@ -37,7 +38,8 @@ def candidate_touches(
     tips_mm : sequence of float, optional
         Radii r_c of the tips on a finger, 0 knife edge, inf flat; by default those of the calibration.
     loads : sequence of float, optional
-        Loads, N/m on a finger and N on a pad; by default the mean load of the calibration.
+        Loads as the force sensor reads them, N/m on a finger and N on a pad; by default the mean load of the
+        calibration.
     samples : int, optional
         Samples that are averaged in a touch; by default the median of the calibration, rounded.
 
@@ -67,7 +69,7 @@ def candidate_touches(
     if where.ndim != 2 or where.shape[1] != len(columns):
         raise InputError(f"places: expected an array (n, {len(columns)}) of {' and '.join(columns)}")
     tips = np.unique(rows.radius_mm) if tips_mm is None else np.asarray(tips_mm, dtype=float)
-    load = np.array([_usual(rows.load)]) if loads is None else np.atleast_1d(np.asarray(loads, dtype=float))
+    load = np.array([usual_load(calibration)]) if loads is None else np.atleast_1d(np.asarray(loads, dtype=float))
     reads = float(np.round(np.median(rows.counts.max(axis=1)))) if samples is None else float(samples)
     if not (1 <= reads < np.inf and reads == int(reads)):
         raise InputError(f"samples: expected a whole number above zero, got {reads:g}")
@@ -101,11 +103,6 @@ def touches_to_read(calibration: Calibration) -> Touches:
     size = np.abs(rows.observed[:, alive] - np.nanmedian(rows.observed[:, alive], axis=0)) / load
     largest = np.nanargmax(size, axis=0)
     return candidate_touches(calibration, places=_even([axis[largest] for axis in rows.location.values()]))
-
-
-def _usual(load: FloatArray) -> float:
-    """Mean of loads (t,); NaN if none was measured."""
-    return float(np.nanmean(load)) if np.isfinite(load).any() else float(np.nan)
 
 
 def _even(location: Sequence[FloatArray]) -> FloatArray:

@@ -15,7 +15,8 @@ from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.result import Diagnosis
 from bayestouch.errors import InputError, nearest, shown
 from bayestouch.model.body import body_of
-from bayestouch.model.planned import Group, one_row_each, planned_table
+from bayestouch.model.planned import Group
+from bayestouch.model.planned_table import one_row_each, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import exact, number, plural

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from pad_simulation import SimulatedPad, line, square
+from pad_simulation import FORCE_NOISE, SimulatedPad, flattened, flattening, line, square
 
 import bayestouch
 from bayestouch.array_types import FloatArray
@@ -153,3 +153,30 @@ def test_kernel_is_known() -> None:
     _, _, one = calibrated("line")
     names = {parameter.name for parameter in GaussianKernel(6.0).parameters}
     assert names < {group.name for group in planned(one, bayestouch.candidate_touches(one)).parameters}
+
+
+def test_stated_loads_are_as_read_where_the_response_flattens() -> None:
+    """The readings are those of the acting loads; slope and error of P are those of the true load."""
+    pad, one = flattening()
+    read = np.array([0.8, 2.0, 3.8])
+    table = bayestouch.candidate_touches(one, places=[16.0], loads=read, samples=4)
+    found = planned(one, table)
+    expected = pad.chain.predict(np.full((3, 1), 16.0), flattened(read))
+    # Elements by the load: their noise is a percent of the signal, of which the calibration has two hundred touches.
+    np.testing.assert_allclose(found.readings.mean, expected, rtol=0.02, atol=0.1)
+    step = 1e-3
+    up, down = (planned(one, table.with_(load=read + s * step)).readings.mean for s in (1, -1))
+    np.testing.assert_allclose(found.slopes[:, :, -1], (up - down) / (2 * step), rtol=1e-3, atol=1e-3)
+    # Four samples of the force sensor; and the load scatter, an error of the acting load.
+    slope = (flattened(read + step) - flattened(read - step)) / (2 * step)
+    expected = np.hypot(FORCE_NOISE / 2, one.noise.load_scatter / slope)
+    np.testing.assert_allclose(found.precision[:, -1] ** -0.5, expected, rtol=0.02)
+
+
+def test_a_load_that_is_not_stated_is_the_mean_load_as_read() -> None:
+    _, one = flattening()
+    usual = bayestouch.candidate_touches(one, places=[16.0])
+    # The loads of the calibration are uniform from 0.5 to 4 N: two hundred of them have a mean error of 0.07 N.
+    assert usual.load == pytest.approx(2.25, abs=0.2)
+    stated, unstated = (planned(one, each).readings.mean for each in (usual, usual.with_(load=np.array([np.nan]))))
+    np.testing.assert_array_equal(stated, unstated)

@@ -7,7 +7,7 @@ import pytest
 from study_modules import study
 
 import bayestouch
-from bayestouch.model.planned import planned_table
+from bayestouch.model.planned_table import planned_table
 from bayestouch.reliability.choice_of_touches import lowest_sd
 
 module = study("next_touches")

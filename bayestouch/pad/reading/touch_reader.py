@@ -13,7 +13,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
 from bayestouch.pad.corrected import PadEffects
-from bayestouch.pad.effect_changes import corrected_means
+from bayestouch.pad.effect_changes import CorrectedMeans, corrected_means
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
 from bayestouch.pad.reading.effects import true_load_prior, with_true_loads
@@ -117,12 +117,12 @@ class PadTouchReader:
     def average(self, piece: Touches) -> TouchMeans:
         """Mean readings of the touches in a piece of the table, minus the rest reading, corrected for effects."""
         reader = self.sampler.reader
-        if self.effects is None:
-            readings = pad_readings(piece, reader.map.dimensions, reader.samples)
-        elif reader.map.n_causes:
-            readings = corrected_means(self.effects, piece, reader.map.dimensions, reader.samples)
-        else:
-            readings = pad_readings(self.effects.corrected(piece), reader.map.dimensions, reader.samples)
+        dimensions, exact = reader.map.dimensions, not reader.map.n_causes
+        readings = (
+            pad_readings(piece, dimensions, reader.samples)
+            if self.effects is None
+            else corrected_means(self.effects, piece, dimensions, reader.samples, exact=exact)
+        )
         return readings if self.options.use_load else readings.without_load()
 
     def ready(self, touches: TouchMeans) -> TouchMeans:
@@ -155,10 +155,12 @@ class PadTouchReader:
         predicted, sd = (np.ascontiguousarray(drawn.pop(name).T) for name in PREDICTED)
         stats = {**drawn, "second_round": (drawn["round"] > 1).astype(float)}
         del stats["round"]
-        load, touches = block.load, reader.touches(block)
+        touches = reader.touches(block)
+        load = block.load
+        if isinstance(block, CorrectedMeans):
+            load = np.where(np.isnan(load), np.nan, block.load_as_read)
         posterior["P"] = acting_loads(posterior["P"], touches, block.touch, self.options.seed)
         if effects is not None:
-            load = effects.as_read(block.load)
             posterior = with_true_loads(
                 posterior, effects, reader, self.calibrated_load, block.load, block.touch, self.options.seed
             )
