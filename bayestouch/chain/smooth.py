@@ -104,14 +104,14 @@ class PlaceBasis:
     @classmethod
     def at(cls, knots: FloatArray, length: float) -> PlaceBasis:
         """Return the process with the given knots (k, D)."""
-        correlation = matern_3_2(_distances(knots, knots) / length) + 1e-9 * np.eye(len(knots))
+        correlation = matern_3_2(distances(knots, knots) / length) + 1e-9 * np.eye(len(knots))
         return cls(knots, length, np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)).T))
 
     def __call__(self, place: FloatArray) -> FloatArray:
         """Return the values of the basis functions at locations (n, D), shape (n, k)."""
-        return np.asarray(matern_3_2(_distances(place, self.knots) / self.length) @ self.root)
+        return np.asarray(matern_3_2(distances(place, self.knots) / self.length) @ self.root)
 
 
-def _distances(first: FloatArray, second: FloatArray) -> FloatArray:
+def distances(first: FloatArray, second: FloatArray) -> FloatArray:
     """Distances between locations (n, D) and (k, D), shape (n, k)."""
     return np.asarray(np.sqrt(sum((a[:, None] - b) ** 2 for a, b in zip(first.T, second.T, strict=True))))

@@ -139,6 +139,5 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, least: float
         by_itself=within > max(ERRORS * within_se, least),
         fitted=new,
         difference=gained(difference),
-        signature=candidate.signature,
         held_out=held_out_each_way(fitted, new.linear, after),
     )

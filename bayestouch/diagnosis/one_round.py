@@ -75,7 +75,7 @@ def one_round(
     possible = max(correction_gain, fitted.excess, least)
     tried = []
     for c in scored:
-        done = refitted.get(c.effect.name) or Tried(c.effect, c.z, c.seen, c.start, signature=c.signature)
+        done = refitted.get(c.effect.name) or Tried(c.effect, c.z, c.seen, c.start)
         scored_gain = float("nan") if _passes(c.z, trials) else c.gain - float(np.log(c.trials))
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
@@ -162,10 +162,10 @@ def _with_looser(
 def _in_looser_form(tried: Tried, n_elements: int) -> Candidate | None:
     """The candidate in its looser form, which begins where it is; None if there is no such form."""
     effect = tried.effect.looser(n_elements)
-    if effect is None or effect == tried.effect or tried.signature is None:
+    if effect is None or effect == tried.effect or tried.noise is not None:
         return None
     start = (*tried.start, *(0.0,) * (len(effect.parameters) - len(tried.start)))
-    return Candidate(effect, start, tried.z, 1, tried.gain, tried.seen, tried.signature)
+    return Candidate(effect, start, tried.z, 1, tried.gain, tried.seen)
 
 
 def is_small(left: Fitted | None) -> bool:

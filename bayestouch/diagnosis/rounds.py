@@ -47,8 +47,6 @@ class Tried:
     scored_gain : float
         Approximate gain of log marginal likelihood by the score, at least, as the mean over the signatures that were
         tried; NaN where chance does not explain the score.
-    signature : (t, m) array or None
-        Change of the mean readings by the effect.
     noise : NoiseCandidate or None
         Candidate of the noise, if the effect is one of the noise.
     found_noise : FoundNoise or None
@@ -69,7 +67,6 @@ class Tried:
     share: float = float("nan")
     fitted: Fitted | None = None
     difference: FloatArray | None = None
-    signature: FloatArray | None = None
     noise: NoiseCandidate | None = None
     found_noise: FoundNoise | None = None
     indistinguishable: tuple[str, ...] = ()

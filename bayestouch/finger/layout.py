@@ -217,13 +217,6 @@ class FlatPrior:
             total = total + self.priors[i].log_density(value) + jacobian
         return np.asarray(total)
 
-    def draw(self, rng: np.random.Generator) -> FloatArray:
-        """One random vector from the prior, (d,)."""
-        values = np.array(
-            [float(p.quantile(u)) for p, u in zip(self.priors, rng.random(len(self.priors)), strict=True)]
-        )
-        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, values, 1.0)), values)
-
 
 def normal_approximation(prior: Prior, logarithmic: bool) -> tuple[float, float]:
     """Mean and standard deviation of a coordinate; from its quartiles if its prior is not normal."""

@@ -19,12 +19,12 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.levels import Levels
-from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, chain_coordinates, monomials, powers
+from bayestouch.finger.local_series import COMPARED, NODES, REACH, Polynomials, chain_coordinates, monomials, powers
 from bayestouch.finger.model import FingerModel
 from bayestouch.parallel.parts import of_parts
 
-# Range of the polynomials in standard deviations, and their total degree for slopes over the load.
-REACH, SLOPE_DEGREE = 4.0, 2
+# Total degree of the polynomials for slopes over the load.
+SLOPE_DEGREE = 2
 # Total degrees that are tried for the signals, and the largest error (about that of a log density) of the one used.
 DEGREES, LARGEST_ERROR = (3, 4, 5), 0.1
 # Largest number of terms: with two thousand, polynomials take as long to prepare as thousands of exact evaluations.

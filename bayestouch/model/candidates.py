@@ -42,8 +42,6 @@ class Candidate:
         Approximate increase of the log likelihood if the effect is added.
     seen : float
         Share of the sum of squares of the signature that the parameters of the model do not absorb.
-    signature : (t, m) array
-        Change of the mean readings by the effect at `start`, in the unit of the readings.
     """
 
     effect: Effect
@@ -52,7 +50,6 @@ class Candidate:
     trials: int
     gain: float
     seen: float
-    signature: FloatArray
 
 
 def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidate, ...]:
@@ -82,7 +79,7 @@ def _scored(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate | None:
 def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
     """Best signature of an effect: the difference between the predictions at a probe and at null amplitude."""
     changes_at = _changes(effect, fitted)
-    best: tuple[float, Values, Score, FloatArray] | None = None
+    best: tuple[float, Values, Score] | None = None
     for probe in effect.probes:
         changes = changes_at(probe)
         raw = np.stack([each.touches for each in changes])
@@ -90,9 +87,9 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
         score = scorer(fitted.whitening.touches(raw), None if samples is None else fitted.whitening.samples(samples))
         chi_square = _allowed(effect, score)
         if best is None or chi_square > best[0]:
-            best = (chi_square, probe, score, raw)
+            best = (chi_square, probe, score)
     assert best is not None
-    chi_square, probe, score, raw = best
+    chi_square, probe, score = best
     count = len(effect.amplitudes)
     amplitude = score.estimate(1e-6 * score.raw)
     start = list(probe)
@@ -113,7 +110,6 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
         trials=len(effect.probes),
         gain=0.5 * chi_square - 0.5 * count * np.log(max(float(fitted.model.known.n_touches), 2.0)),
         seen=score.seen,
-        signature=np.asarray(np.tensordot(amplitude, raw, axes=1)),
     )
 
 
@@ -180,25 +176,22 @@ def _(effect: RandomEffect, fitted: Fitted, scorer: Scorer) -> Candidate:
     """Score of a random function of time, as a variance component, at the middle one of the trial correlation times."""
     times = effect.parameters[1].probes
     time = times[len(times) // 2]
-    best: tuple[float, float, Values, Score, FloatArray] | None = None
+    best: tuple[float, float, Values, Score] | None = None
     for kind in effect.kinds:
         raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time, *kind)),))
         score = scorer.of_columns(fitted.whitening.columns(raw))
         size, gain = best_size(score)
         if best is None or gain > best[0]:
-            best = (gain, size, kind, score, raw)
+            best = (gain, size, kind, score)
     assert best is not None
-    gain, size, kind, score, raw = best
-    z, _ = quadratic_score(score.slope, score.information)
-    weights = np.linalg.solve(score.information + np.eye(len(score.slope)) / size**2, score.slope)
+    gain, size, kind, score = best
     return Candidate(
         effect=effect,
         start=(size, time, *kind),
-        z=z,
+        z=quadratic_score(score.slope, score.information),
         trials=len(effect.kinds),
         gain=gain,
         seen=score.seen,
-        signature=np.asarray(np.tensordot(weights, raw, axes=1)),
     )
 
 

@@ -27,23 +27,18 @@ def normal_score(chi_square: float, freedom: float) -> float:
     return float(-ndtri_exp(log_tail - np.log(2)))
 
 
-def quadratic_score(slope: FloatArray, information: FloatArray) -> tuple[float, float]:
-    """Test of a random function: sum of squares of `slope`, with covariance `information` if the model is complete.
+def quadratic_score(slope: FloatArray, information: FloatArray) -> float:
+    """Score of a random function: sum of squares of `slope`, with covariance `information` if the model is complete.
 
-    The sum is approximated by a scaled chi-square with the same first two moments (Satterthwaite).
-
-    Returns
-    -------
-    (float, float)
-        Normal score z (zero where the sum is below its mean), and tail probability.
+    The sum is approximated by a scaled chi-square with the same first two moments (Satterthwaite). The score has the
+    tail probability of the sum, and is zero where the sum is below its mean.
     """
     mean, square = float(np.trace(information)), float((information**2).sum())
     if mean <= 0 or square <= 0:
-        return 0.0, 1.0
+        return 0.0
     scale, freedom = square / mean, mean**2 / square
     chi_square = float(slope @ slope) / scale
-    tail = float(gammaincc(0.5 * freedom, 0.5 * chi_square))
-    return (normal_score(chi_square, freedom) if chi_square > freedom else 0.0), tail
+    return normal_score(chi_square, freedom) if chi_square > freedom else 0.0
 
 
 def at_least_one(tail: float, trials: int) -> float:

@@ -24,13 +24,14 @@ from scipy.linalg import cho_factor, cho_solve
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.chain.smooth import distances
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.inducing import InducedCovariance
 from bayestouch.pad.known_touches import loads_vary, location_spacing
 from bayestouch.pad.left_out import blocks_left_out, without_block
 from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
-from bayestouch.pad.residual_map import distances, matern_5_2, matern_5_2_by_length
+from bayestouch.pad.residual_map import matern_5_2, matern_5_2_by_length
 from bayestouch.pad.table import MapGrid
 
 # Touches from which sizes and lengths are estimated: groups of neighbours, which have both short and long distances.

@@ -8,8 +8,9 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
+from bayestouch.chain.smooth import distances
 from bayestouch.pad.noise import FLOOR_SPREAD
-from bayestouch.pad.residual_map import MapDiscrepancy, distances, matern_5_2, matern_5_2_by_length
+from bayestouch.pad.residual_map import MapDiscrepancy, matern_5_2, matern_5_2_by_length
 
 # Largest number of touches from which the hyper-parameters are estimated: they are shared by all elements, and this
 # number of touches determines a length of several spacings.

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.smooth import distances
 from bayestouch.pad.inducing import REST, InducedCovariance
 
 # As `REST`, for the functions that a sampler integrates out beside other unknowns: a third of their number, and the
@@ -37,12 +38,6 @@ def matern_5_2_by_length(r: FloatArray) -> FloatArray:
     """Derivative of `matern_5_2` over the logarithm of the correlation length."""
     s = np.sqrt(5.0) * r
     return np.asarray(s * s / 3 * (1 + s) * np.exp(-s))
-
-
-def distances(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Distances between locations (n, D) and (k, D), shape (n, k)."""
-    square = sum((first[:, None, axis] - second[None, :, axis]) ** 2 for axis in range(first.shape[1]))
-    return np.asarray(np.sqrt(square))
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     gain = float((weight * y * s).sum()) / square
     rest = y - gain * s
     sd = float(np.sqrt((weight**2 * s**2 * rest**2).sum())) / square
-    if abs(gain) < DEAD_SHARE and abs(gain) < max(3 * sd, DEAD_SHARE) and sd < DEAD_SHARE:
+    if abs(gain) < DEAD_SHARE and sd < DEAD_SHARE:
         return ColumnFault(column, "dead", gain, sd)
     misfit_sd = float(np.sqrt(np.median(weight * rest**2)))
     offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale

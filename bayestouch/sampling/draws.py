@@ -72,11 +72,6 @@ class BlockDraws:
     grade: BoolArray
 
     @property
-    def second_round(self) -> BoolArray:
-        """True for blocks whose draws are not from the first round, (B,)."""
-        return self.rounds > 1
-
-    @property
     def worst_ess(self) -> FloatArray:
         """Smallest bulk effective sample size among a block's parameters, (B,); 0 if one is constant."""
         return np.asarray(np.nan_to_num(self.ess_bulk).min(axis=1))

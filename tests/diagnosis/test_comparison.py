@@ -102,7 +102,7 @@ def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone
     monkeypatch.setattr(comparison, "density", lambda fitted: after + 10)
     each_way: Any = lambda fitted, linear, density: {"times": density[:, 0], "of": (fitted, linear)}  # noqa: E731
     monkeypatch.setattr(comparison, "held_out_each_way", each_way)
-    candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,), signature=None)
+    candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,))
     found = refit(fitted, candidate, np.full((3, 3), 10.0), least)
     assert (found.gain, found.of_means, found.start) == (15.0, 18.0, (7.0,))
     assert found.gain_se == pytest.approx(np.sqrt(3 * 4)) and found.by_itself == alone

@@ -146,7 +146,6 @@ def test_score_of_an_effect(sign: float) -> None:
     assert found.gain == pytest.approx(0.5 * chi_square - 0.5 * np.log(3), rel=1e-6)
     assert found.z == pytest.approx(sign * np.sqrt(chi_square), rel=1e-6)
     assert found.seen == pytest.approx(1.0)
-    np.testing.assert_allclose(found.signature[:, 0], sign * np.array([3.0, 12, 27]), rtol=2e-6)
 
 
 @pytest.mark.parametrize(("prior", "wanted"), [(Uniform(-2.0, 2.0), 2.0), (Normal(0.0, 0.5), 3 * 0.5)])
@@ -178,7 +177,6 @@ def test_signature_of_values_that_act_through_a_basis() -> None:
             raise AssertionError("the derivative is enough")
 
     (found,) = score_effects(fitted([3.0, 12.0, 27.0]), (Moved(),))
-    np.testing.assert_allclose(found.signature[:, 0], [3.0, 12.0, 27.0], rtol=2e-6)
     assert found.start == pytest.approx((3.0, 1.0), rel=2e-6)
 
 
@@ -258,8 +256,6 @@ def test_score_of_a_random_function(monkeypatch: pytest.MonkeyPatch) -> None:
     size, gain = best_size(one_score(2000.0, 1e4))
     assert found.start == (size, 5.0, 1.0) and found.gain == gain and found.trials == 2
     assert found.z == pytest.approx(20.0)
-    # Most probable weight s/(I + 1/σ²) times what it does.
-    assert found.signature[0, 0] == pytest.approx(2000 / (1e4 + 1 / size**2) * 2000)
 
 
 def test_refined_values_of_a_random_function(monkeypatch: pytest.MonkeyPatch) -> None:
