@@ -28,7 +28,7 @@ help:
 	@echo "make test-oldest, make test-newest"
 	@echo "                the tests on the oldest and the newest libraries allowed, in .venv-oldest and .venv-newest"
 	@echo "make docs       the documentation, in docs/_build/html"
-	@echo "make studies    every script in studies/ but the fuzzers, blind_study.py, harm.py and mutants.py, with its time"
+	@echo "make studies    every script in studies/ but the fuzzers and those of many hours, with its time"
 	@echo "make mutants    whether the tests notice small changes to the core: an hour or more"
 	@echo "make wheel      sdist and wheel, which is installed on two Pythons without constraints and tried"
 	@echo "make gallery    the pictures of docs/gallery.md anew, by their studies"
@@ -69,8 +69,11 @@ docs: $(VENV)/.ready-docs
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
+# These take hours, or need an argument; gallery.py runs the others again.
+LONG_STUDIES = blind_study.py causes.py causes_of_forms.py gallery.py harm.py mutants.py other_pads.py places_and_times.py
+
 studies: $(VENV)/.ready-dev
-	@for study in $(sort $(filter-out studies/fuzz_% studies/blind_study.py studies/gallery.py studies/harm.py studies/mutants.py,$(wildcard studies/[!_]*.py))); do \
+	@for study in $(sort $(filter-out studies/fuzz_% $(addprefix studies/,$(LONG_STUDIES)),$(wildcard studies/[!_]*.py))); do \
 		echo "== $$study"; start=$$(date +%s); \
 		$(BIN)/python "$$study" || exit 1; \
 		echo "== $$study: $$(($$(date +%s) - start)) s"; \
