@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.checking.lacking import baseline_corrected_means, lacking
+from bayestouch.checking.lacking import lacking
 from bayestouch.checking.tables import table_facts, touches_by_indenter
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
@@ -18,7 +18,9 @@ def dataset_facts(dataset: DataSet) -> dict[str, Any]:
     """Return all results that `bayestouch check` shows."""
     sensor, body = dataset.sensor, dataset.sensor.body
     tables = {"calibration": dataset.calibration, "touches": dataset.touches}
-    means = {name: baseline_corrected_means(table) for name, table in tables.items() if table is not None}
+    # As `infer` does: a table without readings at rest has the rest reading of the calibration.
+    rest = None if dataset.calibration is None else dataset.calibration.rest_reading()
+    means = {name: table.baseline_corrected(rest).averaged() for name, table in tables.items() if table is not None}
     facts: dict[str, Any] = {
         "sensor": {
             "name": sensor.name,

@@ -22,15 +22,19 @@ def lacking(dataset: DataSet) -> Iterator[str]:
     """Yield one line for each result that a report cannot give, or not well, and the touches that would allow it."""
     if dataset.calibration is None:
         yield "no calibration table: touches.csv is split by location, and one half is used for calibration"
-    known = baseline_corrected_means(dataset.touches if dataset.calibration is None else dataset.calibration)
+    fitted = dataset.touches if dataset.calibration is None else dataset.calibration
+    known = baseline_corrected_means(fitted)
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if in_scan_order(known):
         yield SCAN
     if not np.nansum(known.pure_error_dof) > 0:
         yield "no touch is repeated: noise cannot be distinguished from model error; take 3 to 5 samples of each touch"
-    tables = [table for table in (dataset.calibration, dataset.touches) if table is not None]
-    if all(table.in_contact.all() for table in tables):
-        yield "no reading without contact (depth, load or contact 0): an offset of the readings cannot be subtracted"
+    if fitted.in_contact.all():
+        elsewhere = "" if dataset.touches.in_contact.all() else "; touches has some: copy them into calibration"
+        missing = (
+            "no reading without contact (depth, load or contact 0): an offset of the readings cannot be subtracted"
+        )
+        yield missing + elsewhere
     yield from _references(dataset)
 
 

@@ -134,18 +134,27 @@ def _check_kinds(pa: Any, kinds: Mapping[str, Any], wanted: set[str], file: Path
 
 def _is_text(pa: Any, kind: Any) -> bool:
     types = pa.types
-    return bool(types.is_string(kind) or types.is_large_string(kind) or types.is_binary(kind))
+    tests = (types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
+    # pyarrow 15 has no test for views.
+    return any(test(kind) for test in tests) or str(kind) in ("string_view", "binary_view")
 
 
 def _cells(pa: Any, column: Any) -> list[str]:
     """Text of every value, empty where missing; in a dictionary column equal texts share their memory."""
     if not pa.types.is_dictionary(column.type):
-        return ["" if value is None else str(value) for value in column.to_pylist()]
+        return [_text(value) for value in column.to_pylist()]
     cells: list[str] = []
     for chunk in column.chunks:
-        distinct = ["" if value is None else str(value) for value in chunk.dictionary.to_pylist()]
+        distinct = [_text(value) for value in chunk.dictionary.to_pylist()]
         cells += ["" if place is None else distinct[place] for place in chunk.indices.to_pylist()]
     return cells
+
+
+def _text(value: object) -> str:
+    """Text of one value, empty where it is missing."""
+    if isinstance(value, bytes):
+        return value.decode(errors="replace")
+    return "" if value is None else str(value)
 
 
 def write_parquet(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> None:

@@ -8,11 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.arrays import turned
 from bayestouch.data.touches import Touches
+from bayestouch.output.text import plural
 
 #: If more than this share of an element's readings equals the largest (or smallest) one, the element may be saturated.
 #: With noise that the readout resolves, the extreme value occurs about once: 0.1 % of the rows would already be many.
 STUCK_SHARE = 0.2
+
+#: Rows of one touch that are further apart than this, in mm or degree, are at two places: a stage returns to a place
+#: within tenths of that, and numbers of touches that were given twice are mostly much further apart.
+APART = 1.0
 
 #: With fewer rows with readings than this, an extreme value may repeat by chance.
 STUCK_ROWS = 10
@@ -34,6 +40,8 @@ class Tally:
         Lowest load, N/m or N.
     location_missing : int or None
         Number of rows without a location; None if the table has no location columns.
+    at_two_places : int
+        Number of touches with rows in contact whose locations differ by more than `APART`.
     without_reading : int
         Number of rows without any reading.
     there, lowest, highest : (m,) arrays
@@ -52,6 +60,7 @@ class Tally:
     load_negative: int
     load_lowest: float
     location_missing: int | None
+    at_two_places: int
     without_reading: int
     there: IntArray
     lowest: FloatArray
@@ -79,6 +88,7 @@ class Tally:
             load_negative=int((touches.load < 0).sum()),
             load_lowest=float(np.fmin.reduce(touches.load, initial=np.inf)),
             location_missing=int(np.isnan(location).any(axis=0).sum()) if location else None,
+            at_two_places=_at_two_places(touches),
             without_reading=int(missing.all(axis=1).sum()),
             there=there,
             lowest=lowest,
@@ -104,6 +114,7 @@ class Tally:
             location_missing=None
             if self.location_missing is None
             else self.location_missing + (other.location_missing or 0),
+            at_two_places=self.at_two_places + other.at_two_places,
             without_reading=self.without_reading + other.without_reading,
             there=self.there + other.there,
             lowest=np.minimum(self.lowest, other.lowest),
@@ -123,6 +134,20 @@ def _extremes(readings: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     return there, np.fmin.reduce(readings, axis=0, initial=np.inf), np.fmax.reduce(readings, axis=0, initial=-np.inf)
 
 
+def _at_two_places(touches: Touches) -> int:
+    """Number of touches with rows in contact whose locations differ by more than `APART` from one to the next."""
+    rows = np.flatnonzero(touches.in_contact)
+    rows = rows[np.argsort(touches.touch[rows], kind="stable")]
+    same = np.diff(touches.touch[rows]) == 0
+    apart = np.zeros(len(same), dtype=bool)
+    for values in (touches.x_mm, touches.y_mm):
+        if values is not None:
+            apart |= np.abs(np.diff(values[rows])) > APART
+    if touches.angle_deg is not None:
+        apart |= np.abs(turned(np.diff(touches.angle_deg[rows]))) > APART
+    return len(np.unique(touches.touch[rows[1:][same & apart]]))
+
+
 def remarks(tally: Tally) -> Iterator[str]:
     """Yield one line for each unusual feature of the table that affects the results."""
     if tally.touches == 1:
@@ -137,6 +162,11 @@ def remarks(tally: Tally) -> Iterator[str]:
         yield "no reference location"
     elif tally.location_missing:
         yield f"{_count(tally.location_missing, tally.rows, 'row')} without a reference location"
+    if tally.at_two_places:
+        yield (
+            f"{plural(tally.at_two_places, 'touch')} at more than one place: rows with one number are averaged, so "
+            "give each touch a number of its own"
+        )
     yield from _missing(tally)
     yield from _stuck(tally)
 

@@ -6,6 +6,7 @@ import json
 from functools import partial
 from pathlib import Path
 
+from bayestouch.data.dataset import dataset_files
 from bayestouch.data.files import write_together
 from bayestouch.data.geometry import BODIES, geometries
 from bayestouch.data.tables import MAX_COLUMNS
@@ -73,7 +74,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
         folder / "calibration.csv": ",".join(header) + "\n",
         folder / "touches.csv": ",".join(header) + "\n",
     }
-    for file in texts:
+    for file in dataset_files(folder):
         if file.exists():
             raise InputError("exists already and is not replaced", file=file)
     try:

@@ -160,14 +160,24 @@ def versions_here() -> dict[str, str]:
 
 @contextmanager
 def _client(address: str, patience: float) -> Iterator[Any]:
+    distributed = _distributed()
     try:
-        client = _distributed().Client(address, timeout=patience, set_as_default=False)
+        _check_port(address)
+        client = distributed.Client(address, timeout=patience, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f"no scheduler answers at {address}: {error}") from error
     try:
         yield client
     finally:
         client.close()
+
+
+def _check_port(address: str) -> None:
+    """Raise ValueError for an address without a port, for which a client would wait in vain."""
+    addressing = import_module("distributed.comm.addressing")
+    scheme, place = addressing.parse_address(address)
+    if scheme in ("tcp", "tls"):
+        addressing.parse_host_port(place)
 
 
 def _distributed() -> Any:

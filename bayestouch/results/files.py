@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from bayestouch.data.arrays import quantiles
+from bayestouch.data.arrays import nearest_turn, quantiles
 from bayestouch.results.data import CalibrationData, PosteriorsData
 from bayestouch.results.groups import Attributes, Groups, calibration_groups, touch_groups
 from bayestouch.results.netcdf import write_groups
@@ -109,7 +109,9 @@ def to_dataframe(
         columns |= dict(zip(names, statistics, strict=True))
         if touches:
             reference = groups["constant_data"]
-            columns["reference"] = reference[name].values if name in reference else np.full(count, np.nan)
+            stated = reference[name].values if name in reference else np.full(count, np.nan)
+            # An angle may be stated from 0 to 360.
+            columns["reference"] = nearest_turn(stated, statistics[0]) if name == "theta_c" else stated
         parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True)
 

@@ -111,7 +111,13 @@ def partial_folder(target: Path, fingerprint: str) -> Iterator[Partial]:
         with _lock_in(folder) as locked:
             if not locked:
                 raise InputError("another run is writing this file", file=target)
-            yield Partial(folder, target, fingerprint)
+            try:
+                yield Partial(folder, target, fingerprint)
+            except BaseException:
+                # Nothing was written yet that another run could go on from.
+                if {each.name for each in folder.iterdir()} <= {_LOCK}:
+                    shutil.rmtree(folder, ignore_errors=True)
+                raise
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", file=target) from error
 

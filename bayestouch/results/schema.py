@@ -96,9 +96,9 @@ def touch_coordinates(rows: TouchRows, first: int = 0) -> dict[str, xr.Variable]
     Returns
     -------
     dict of (t,) variables
-        ``touch``, the number in the table; ``index``, the position in the table, from 0; ``tip``, reference radius r_c
-        of the indenter in mm (0 knife edge, inf flat, NaN unknown); ``place``, reference location in degrees or mm, on
-        a pad in two dimensions ``place_x`` and ``place_y``, rounded to six decimals, NaN unknown.
+        ``touch``, the number in the table; ``index``, the position in this result, from 0; ``tip``, reference radius
+        r_c of the indenter in mm (0 knife edge, inf flat, NaN unknown); ``place``, reference location in degrees or mm,
+        on a pad in two dimensions ``place_x`` and ``place_y``, rounded to six decimals, NaN unknown.
     """
     import xarray as xr
 
@@ -112,7 +112,7 @@ def touch_coordinates(rows: TouchRows, first: int = 0) -> dict[str, xr.Variable]
         places[name] = along(np.round(values, _DECIMALS), unit, f"reference location {axis}")
     return {
         "touch": xr.Variable(("touch",), rows.touch),
-        "index": along(first + np.arange(len(rows.touch)), "", "position in the table"),
+        "index": along(first + np.arange(len(rows.touch)), "", "position in this result"),
         "tip": along(rows.radius_mm, "mm", "reference radius of the indenter"),
         **places,
     }

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.errors import InputError, few, shown
 from bayestouch.results.data import PosteriorsData, TouchRows
 from bayestouch.results.draws_on_file import DrawsOnFile
@@ -78,7 +79,9 @@ def positions_with(rows: TouchRows, wanted: Mapping[str, Wanted | None]) -> IntA
     for name, value in conditions.items():
         if name not in known:
             raise InputError(f"{name}: touches of this sensor are chosen by {', '.join(known)}")
-        this = _meets(known[name], value)
+        if isinstance(value, slice) and value.step is not None:
+            raise InputError(f"{name}: a slice of touches has no step, got {value.step}")
+        this = _meets(known[name], value, turn="theta_c" in rows.location and name == "place")
         if not this.any():
             raise InputError(f"{name}: no touch has {_in_words(value)}; {_there_are(known[name])}")
         meets &= this
@@ -98,13 +101,19 @@ def coordinates_of(rows: TouchRows) -> dict[str, FloatArray | IntArray]:
     return {"touch": rows.touch, "tip": rows.radius_mm, **places}
 
 
-def _meets(values: FloatArray | IntArray, wanted: Wanted) -> NDArray[np.bool_]:
+def _meets(values: FloatArray | IntArray, wanted: Wanted, *, turn: bool) -> NDArray[np.bool_]:
+    """Whether values (t,) meet a condition; with `turn` they are angles, of which a whole turn more is the same."""
     if isinstance(wanted, slice):
         low = -np.inf if wanted.start is None else wanted.start
         high = np.inf if wanted.stop is None else wanted.stop
+        if turn and np.isfinite(low) and np.isfinite(high):
+            return np.asarray((values - low + _ROUNDING) % 360 <= high - low + 2 * _ROUNDING)
         return np.asarray((values >= low - _ROUNDING) & (values <= high + _ROUNDING))
     each = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
-    return np.asarray(np.isclose(values[:, None], each, rtol=0, atol=_ROUNDING).any(axis=1))
+    near = values[:, None]
+    if turn:
+        near = nearest_turn(near, each)
+    return np.asarray(np.isclose(near, each, rtol=0, atol=_ROUNDING).any(axis=1))
 
 
 def _in_words(wanted: Wanted) -> str:

@@ -26,6 +26,8 @@ class SummaryTable(pd.DataFrame):
         return SummaryTable
 
     def __repr__(self) -> str:
+        if not self.columns.is_unique:  # two tables side by side
+            return super().__repr__()
         width = get_terminal_size().columns
         long = [name for name in self.columns if self[name].map(lambda value: _length(value) > width / 2).any()]
         table = self.drop(columns=long) if len(self) <= ROWS else self

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from matplotlib.axes import Axes
 import bayestouch
 from bayestouch.checking.tables import touches_by_indenter
 from bayestouch.commands.cli import main
+from bayestouch.data.remarks import Tally, remarks
 from bayestouch.data.touches import Touches, touches_from
+from bayestouch.model.split_data import joined_tables
 
 
 @pytest.fixture(scope="module")
@@ -85,3 +88,35 @@ def test_other_pictures_are_refused_in_one_line(whole: Touches, tmp_path: Path, 
     with pytest.raises(bayestouch.InputError, match=rf"{name}: expected a name that ends in \.png, \.svg or \.pdf$"):
         bayestouch.check(dataset(whole)).save_plot(tmp_path / name)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_rest_reading_is_that_of_the_calibration(whole: Touches) -> None:
+    """As `infer` has it: an offset is no reading, and advice is on the table that calibrates."""
+    offset = 30_000.0
+    shifted = whole.with_(readings=whole.readings + offset)
+    rest = shifted.with_(
+        readings=np.full(whole.readings.shape, offset), load=np.zeros(whole.n_rows), touch=whole.touch + 10_000
+    )
+    with_rest, made = joined_tables(shifted, rest), dataset(whole)
+    tables = (whole, whole), (with_rest, shifted)
+    plain, both = (bayestouch.check(replace(made, calibration=one, touches=two)).facts for one, two in tables)
+    peaks = [[row["peak"] for row in facts["elements"]] for facts in (plain, both)]
+    np.testing.assert_allclose(peaks[1], peaks[0], rtol=1e-9)
+    other = bayestouch.check(replace(made, calibration=shifted, touches=with_rest)).facts["advice"]
+    assert any("touches has some: copy them" in line for line in other)
+    assert not any("without contact" in line for line in both["advice"])
+
+
+def test_rows_of_one_touch_at_two_places_are_remarked() -> None:
+    """As where numbers of touches begin again; a turn of 360 degrees is the same place."""
+    table = touches_from(
+        np.array([0, 1, 2, 0, 1, 2]),
+        np.ones((6, 3)),
+        angle_deg=np.array([-5.0, 0.0, 5.0, 355.0, 0.5, 6.5]),
+        load=np.ones(6),
+        contact=1.0,
+    )
+    said = [line for line in remarks(Tally.of(table)) if "more than one place" in line]
+    assert said == [
+        "1 touch at more than one place: rows with one number are averaged, so give each touch a number of its own"
+    ]

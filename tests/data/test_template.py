@@ -33,3 +33,10 @@ def test_no_more_elements_than_a_table_has_columns(tmp_path: Path, capsys: pytes
     assert main(["init", str(tmp_path / "more"), "--elements", "20000"]) == 2
     assert "got 20000" in capsys.readouterr().err
     assert not (tmp_path / "more").exists()
+
+
+def test_a_table_of_the_other_format_is_not_joined_by_a_template(tmp_path: Path) -> None:
+    (tmp_path / "touches.parquet").touch()
+    with pytest.raises(InputError, match="exists already") as error:
+        new_dataset(tmp_path)
+    assert str(tmp_path / "touches.parquet") in str(error.value) and len(list(tmp_path.iterdir())) == 1

@@ -51,3 +51,13 @@ def test_the_lock_is_removed_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         )
         run.deliver()
     assert seen == [["lock"]]
+
+
+@pytest.mark.parametrize("written", [False, True])
+def test_a_run_that_wrote_nothing_leaves_nothing(tmp_path: Path, written: bool) -> None:
+    """As where no scheduler answers; what was written is kept for the run that goes on from it."""
+    with pytest.raises(InputError, match="no scheduler"), partial_folder(tmp_path / "p.nc", "x") as run:
+        if written:
+            run.file.touch()
+        raise InputError("no scheduler answers")
+    assert run.folder.exists() == written

@@ -90,6 +90,9 @@ def test_a_result_is_a_sequence_of_touches(posteriors: bayestouch.TouchPosterior
         ({"tip": slice(1, None)}, [6, 2]),
         ({"place": slice(-10, 10)}, [6, 4, 2]),
         ({"place": 10.0}, [2]),
+        ({"place": 350.0}, [6]),
+        ({"place": slice(340, 355)}, [8, 6]),
+        ({"place": slice(350, 370)}, [6, 4, 2]),
         ({"tip": [0, np.inf], "place": slice(None, 0)}, [8, 6]),
     ],
 )
@@ -116,6 +119,7 @@ def test_places_of_a_pad_have_two_coordinates() -> None:
         ({"touch": slice(10, 20)}, "touch: no touch has 10 to 20; there are 0, 2, 4, 6, 8"),
         ({"place_x": 1}, "place_x: touches of this sensor are chosen by touch, tip, place"),
         ({"tip": 0, "place": 10}, "no touch meets all of tip=0, place=10"),
+        ({"touch": slice(0, 10, 2)}, "touch: a slice of touches has no step, got 2"),
     ],
 )
 def test_what_no_touch_has_is_refused_with_what_there_is(
@@ -170,6 +174,19 @@ def test_one_row_a_touch(posteriors: bayestouch.TouchPosteriors) -> None:
     np.testing.assert_allclose(table["P_sd"], posteriors.posterior["P"].std(axis=(0, 1)), rtol=1e-12)
     assert table["grade"].tolist() == [1, 0, 1, 1, 0]
     assert table.attrs["units"] == {"R": "mm", "theta_c": "degree", "P": "N/m"}
+
+
+def test_angles_from_0_to_360_are_beside_their_estimates(posteriors: bayestouch.TouchPosteriors) -> None:
+    stated = replace(posteriors, reference={**posteriors.reference, "theta_c": PLACES % 360})
+    table = stated.to_dataframe().query("parameter == 'theta_c'")
+    near = table["reference"] - table["mean"]
+    assert (near.dropna().abs() <= 180).all()
+    np.testing.assert_allclose(table["reference"] % 360, PLACES % 360)
+
+
+def test_two_tables_side_by_side_are_printed(posteriors: bayestouch.TouchPosteriors) -> None:
+    twice = pd.concat([posteriors.summary(), posteriors.summary()], axis=1)
+    assert repr(twice).splitlines()[0].split().count("R_sd") == 2 or "..." in repr(twice)
 
 
 def test_one_row_a_parameter() -> None:
