@@ -60,6 +60,8 @@ class Body:
         Columns of a touch table whose values a fit needs; columns that the table does not have are not required.
     scanned : bool
         Whether consecutive touches are neighbours in location. They are then held out in blocks.
+    needs_load : bool
+        Whether fits leave out touches without a measured load, where others have one.
     most_touches : int or None
         Largest number of training touches in a search for effects; None for no limit.
     setting : callable
@@ -101,6 +103,7 @@ class Body:
     planned: Callable[[Calibration, Touches], PlannedTouches]
     loads_as_read: Callable[[Calibration], FloatArray]
     learned_priors: Callable[..., tuple[dict[str, Prior], tuple[str, ...]]] | None = None
+    needs_load: bool = False
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)
 

@@ -11,7 +11,7 @@ from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
-from bayestouch.model.outliers import from_median
+from bayestouch.model.outliers import from_prediction
 from bayestouch.model.predictive import density_of_touches, precision_of_all
 from bayestouch.model.quantities import Quantity
 from bayestouch.model.whitening import Whitening
@@ -132,8 +132,9 @@ def free_load(whitening: Whitening, of_load: FloatArray, measured: BoolArray) ->
 def without_wrong_readings(fitted: Fitted, observed: Observations) -> Observations:
     """Touches without the readings that are wrong with more than 50 % probability, by the model's noise effects."""
     noise = fitted.noise
+    changing = fitted.model.observing(observed).predict(fitted.vector).samples if noise.effects else None
     for effect, values in noise.effects:
-        wrong = effect.wrong(from_median(observed.table), noise.sd, noise.peak, values)
+        wrong = effect.wrong(from_prediction(observed.table, changing), noise.sd, noise.peak, values)
         observed = observed if wrong is None else observed.without(wrong)
     return observed
 

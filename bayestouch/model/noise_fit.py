@@ -9,7 +9,7 @@ import numpy as np
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.noise_posterior import FoundNoise
-from bayestouch.model.outliers import from_median
+from bayestouch.model.outliers import from_prediction
 from bayestouch.model.peaks import settled
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density
@@ -23,7 +23,8 @@ def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
     effect, values = found.effect, found.values
     noise = noise.with_(effects=(*noise.effects, (effect, values)))
-    wrong = effect.wrong(from_median(model.known.table), found.own_sd, noise.peak, values)
+    changing = model.predict(vector).samples
+    wrong = effect.wrong(from_prediction(model.known.table, changing), found.own_sd, noise.peak, values)
     if wrong is not None:
         cleaned = model.known.without(wrong)
         model = model.with_readings(cleaned)

@@ -29,7 +29,20 @@ def from_median(touches: Touches) -> FloatArray:
     return out
 
 
-def without_wrong(touches: Touches, effect: NoiseEffect, values: Values, sd: FloatArray, peak: FloatArray) -> Touches:
-    """The table without the readings that are probably wrong by a noise effect, see `NoiseEffect.wrong`."""
-    wrong = effect.wrong(from_median(touches), sd, peak, values)
+def from_prediction(touches: Touches, samples: FloatArray | None) -> FloatArray:
+    """As `from_median`, of readings minus what a model predicts of each sample minus the mean of its touch, (n, m).
+
+    A creep is no outlier. `samples` is `Predicted.samples`, None if a model predicts no change within a touch.
+    """
+    return from_median(touches if samples is None else touches.with_(readings=touches.readings - samples))
+
+
+def without_wrong(
+    touches: Touches, effect: NoiseEffect, values: Values, sd: FloatArray, peak: FloatArray, growth: FloatArray
+) -> Touches:
+    """The table without the readings that are probably wrong by a noise effect, see `NoiseEffect.wrong`.
+
+    `growth` (n, m) is the factor by which readings change within a touch by other effects.
+    """
+    wrong = effect.wrong(from_median(touches.with_(readings=touches.readings / growth)), sd, peak, values)
     return touches if wrong is None else touches.with_(readings=np.where(wrong, np.nan, touches.readings))

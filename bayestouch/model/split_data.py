@@ -108,7 +108,8 @@ class SplitData:
             how = TOO_FEW
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
-        about = remarks_on(table, (known & ~held)[group])
+        training, left_out = _with_load(dataset, table, (known & ~held)[group])
+        about = (*left_out, *remarks_on(table, training))
         return cls(
             dataset=dataset,
             table=table,
@@ -117,7 +118,7 @@ class SplitData:
             unit=first.unit,
             rest=rest,
             session=(np.arange(table.n_rows) >= calibration.n_rows).astype(np.int64),
-            training=(known & ~held)[group],
+            training=training,
             held_out=held[group],
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, *about, first.note, second.note) if note)),
         )
@@ -140,6 +141,8 @@ class SplitData:
         _, group = groups(table.touch)
         if not known.any():
             raise InputError(NOTHING_KNOWN)
+        training, left_out = _with_load(dataset, table, known[group])
+        notes = (*dataset.notes, *left_out, *remarks_on(table, training), timing.note)
         return cls(
             dataset=dataset,
             table=table,
@@ -148,11 +151,9 @@ class SplitData:
             unit=timing.unit,
             rest=calibration.rest_reading(),
             session=np.zeros(table.n_rows, dtype=np.int64),
-            training=known[group],
+            training=training,
             held_out=np.zeros(table.n_rows, dtype=bool),
-            notes=tuple(
-                dict.fromkeys(note for note in (*dataset.notes, *remarks_on(table, known[group]), timing.note) if note)
-            ),
+            notes=tuple(dict.fromkeys(note for note in notes if note)),
         )
 
     @classmethod
@@ -169,12 +170,13 @@ class SplitData:
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
+        training, left_out = _with_load(dataset, table, training)
         how = "every fourth touch is held out"
         if body.scanned:
             how = f"every fourth block of {size} touches that follow each other is held out"
         if not held.any():
             how = TOO_FEW
-        notes = (*dataset.notes, *table.notes, how, *remarks_on(table, training), clock.note)
+        notes = (*dataset.notes, *table.notes, how, *left_out, *remarks_on(table, training), clock.note)
         return cls(
             dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),
             table=table,
@@ -287,6 +289,16 @@ def joined_tables(*tables: Touches) -> Touches:
 def without_dead(table: Touches) -> Touches:
     """The table without the readings of elements that are constant over all rows: they carry no information."""
     return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
+
+
+def _with_load(dataset: DataSet, table: Touches, rows: BoolArray) -> tuple[BoolArray, tuple[str, ...]]:
+    """Rows (n,) of touches to fit without those of touches that lack a load, if the body needs one; and a note."""
+    ids, group = groups(table.touch)
+    measured = np.bincount(group[rows & table.in_contact & np.isfinite(table.load)], minlength=len(ids)) > 0
+    lacking = np.unique(group[rows & ~measured[group]])
+    if not (body_of(dataset.sensor).needs_load and measured.any() and len(lacking)):
+        return rows, ()
+    return rows & measured[group], (f"{len(lacking)} calibration touches without a load above zero are left out",)
 
 
 def _known(table: Touches, references: tuple[str, ...]) -> BoolArray:

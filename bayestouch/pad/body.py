@@ -106,6 +106,7 @@ BODY = Body(
     main_option="kernel",
     references=("x_mm", "y_mm"),
     scanned=True,
+    needs_load=True,
     setting=_setting,
     calibrate=_calibrate,
     begin=_begin,

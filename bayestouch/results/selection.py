@@ -110,7 +110,7 @@ def _meets(values: FloatArray | IntArray, wanted: Wanted, *, turn: bool) -> NDAr
             return np.asarray((values - low + _ROUNDING) % 360 <= high - low + 2 * _ROUNDING)
         return np.asarray((values >= low - _ROUNDING) & (values <= high + _ROUNDING))
     each = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
-    near = values[:, None]
+    near = np.asarray(values[:, None], dtype=np.float64)
     if turn:
         near = nearest_turn(near, each)
     return np.asarray(np.isclose(near, each, rtol=0, atol=_ROUNDING).any(axis=1))

@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from live_cases import apart, drawn, sensor, streamed
+from place_cases import SURFACE, missed_data
 
 import bayestouch
 from bayestouch import InputError, Reader
 from bayestouch.effects.stated import StatedModel
+from bayestouch.finger.reading.live_effects import blank_context
+from bayestouch.finger.reading.touch_reader import FingerTouchReader
+from bayestouch.reading.options import Options
 
 # 0.1 sd and 5 % are what the reader promises. The draws themselves are wrong by 0.02 sd and 1.3 %.
 MEAN, SD = 0.1, 0.05
@@ -40,6 +44,47 @@ def test_a_finger_with_an_effect_as_by_emcee(effect: str) -> None:
     data, calibration = sensor("finger", ((effect, size),), (effect,))
     mean, sd = apart(streamed(Reader(calibration), data.touches), *drawn(data.touches, calibration))
     assert np.mean((mean < MEAN) & (sd < SD)) >= 0.99
+
+
+def asked(data: bayestouch.DataSet, chain: Any, touch: tuple[np.ndarray, ...], reads: int) -> bayestouch.Touches:
+    """Touches (R in mm, θ_c in rad, P in N/m) without noise, with `reads` samples each."""
+    readings, rows = chain(*touch), np.repeat(np.arange(len(touch[0])), reads)
+    return data.touches.select(np.zeros(len(rows), dtype=np.int64)).with_(
+        readings=readings[rows],
+        load=touch[2][rows],
+        touch=rows,
+        sample=np.tile(np.arange(reads), len(touch[0])),
+        time_s=np.arange(len(rows)) / 20,
+    )
+
+
+def test_an_effect_that_bends_the_readings_at_any_load() -> None:
+    """Between the loads at which the covariance is tabulated, an sd was 30 % too large."""
+    data, one = sensor("finger", (("gain_nonlinearity", -0.1),), ("gain_nonlinearity",))
+    reader = FingerTouchReader.from_calibration(one, Options())
+    assert reader.effects_chain is not None
+    load = reader.typical_load * np.array([0.8, 1.2, 1.4, 1.7, 2.0])
+    touch = np.full(5, 4.0), np.full(5, np.radians(2.0)), load
+    context = blank_context(reader.effects_chain, 5, exact=True)
+
+    def chain(*touch: np.ndarray) -> np.ndarray:
+        return context.readings(reader.sampler.chain.predict(*touch), *touch, np.arange(5))
+
+    touches = asked(data, chain, touch, reads=20)
+    mean, sd = apart(streamed(Reader(one), touches), *drawn(touches, one))
+    assert (mean < MEAN).all() and (sd < SD).all()
+
+
+def test_a_surface_of_its_own_at_any_load() -> None:
+    """The readings do not depend on κ alone: at high loads an sd of R was four times too large."""
+    data = missed_data(SURFACE)
+    one = bayestouch.calibrate(data, discrepancy="place", draws=64, seed=1)
+    reader = FingerTouchReader.from_calibration(one, Options())
+    load = np.array([60.0, 200.0, 400.0, 550.0, 400.0, 550.0])
+    touch = np.array([6.0, 6.0, 6.0, 6.0, 11.0, 11.0]), np.full(6, np.radians(10.0)), load
+    touches = asked(data, reader.sampler.chain.predict, touch, reads=1)
+    mean, sd = apart(streamed(Reader(one), touches), *drawn(touches, one))
+    assert (mean < MEAN).all() and (sd < SD).all()
 
 
 @pytest.mark.slow

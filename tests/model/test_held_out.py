@@ -124,15 +124,18 @@ def test_summaries() -> None:
 def test_touches_without_wrong_readings(monkeypatch: pytest.MonkeyPatch) -> None:
     """What effects of the noise take to be wrong, by the deviations from the medians and the noise of the fit."""
     seen: list[Any] = []
-    monkeypatch.setattr(module, "from_median", lambda table: f"from {table}")
+    monkeypatch.setattr(module, "from_prediction", lambda table, samples: f"from {table} and {samples}")
     outliers = SimpleNamespace(wrong=lambda *given: seen.append(given) or "wrong")
     other = SimpleNamespace(wrong=lambda *given: None)
     observed: Any = SimpleNamespace(table="table", without=lambda wrong: f"without {wrong}")
     noise = SimpleNamespace(sd="sd", peak="peak", effects=((other, (1.0,)), (outliers, (0.1, 0.2))))
-    assert module.without_wrong_readings(SimpleNamespace(noise=noise), observed) == "without wrong"  # type: ignore[arg-type]
-    assert seen == [("from table", "sd", "peak", (0.1, 0.2))]
+    there = SimpleNamespace(predict=lambda vector: SimpleNamespace(samples=vector))
+    model = SimpleNamespace(observing=lambda rows: there if rows is observed else None)
+    fitted: Any = SimpleNamespace(noise=noise, model=model, vector="samples")
+    assert module.without_wrong_readings(fitted, observed) == "without wrong"  # type: ignore[comparison-overlap]
+    assert seen == [("from table and samples", "sd", "peak", (0.1, 0.2))]
     noise.effects = noise.effects[:1]
-    assert module.without_wrong_readings(SimpleNamespace(noise=noise), observed) is observed  # type: ignore[arg-type]
+    assert module.without_wrong_readings(fitted, observed) is observed
 
 
 def test_weights_of_a_correction_follow_those_of_the_drifts(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,8 @@ from bayestouch.model import noise_fit
 from bayestouch.model.noise import AddedNoise, NoiseModel
 from bayestouch.model.noise_posterior import FoundNoise
 
-WITHOUT_TABLE = SimpleNamespace(known=SimpleNamespace(table=None))
+NO_CHANGE = SimpleNamespace(samples=None)
+WITHOUT_TABLE = SimpleNamespace(known=SimpleNamespace(table=None), predict=lambda vector: NO_CHANGE)
 SD, PEAK = np.array([1.0, 0.5]), np.array([100.0, 40.0])
 
 
@@ -25,7 +26,7 @@ def fitted(model: Any) -> Any:
 @pytest.fixture(autouse=True)
 def no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fit gives back the noise that it was given; samples are not looked at."""
-    monkeypatch.setattr(noise_fit, "from_median", lambda table: table)
+    monkeypatch.setattr(noise_fit, "from_prediction", lambda table, samples: table)
     monkeypatch.setattr(noise_fit, "fit", lambda model, vector, noise, drifts: again(model, noise))
 
 
@@ -53,9 +54,11 @@ def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     """They are left out; own noise is what the others scatter by, or as before where nothing tells it."""
     cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([0.09, np.nan])))
     known = SimpleNamespace(table="table", without=lambda wrong: cleaned if wrong == "wrong" else None)
-    model = SimpleNamespace(known=known, with_readings=lambda observed: ("model of", observed))
+    model = SimpleNamespace(
+        known=known, with_readings=lambda observed: ("model of", observed), predict=lambda vector: NO_CHANGE
+    )
     seen: list[Any] = []
-    monkeypatch.setattr(noise_fit, "from_median", lambda table: f"from {table}")
+    monkeypatch.setattr(noise_fit, "from_prediction", lambda table, samples: f"from {table}")
     monkeypatch.setattr(Outliers, "wrong", lambda self, *given: seen.append(given) or "wrong")
     moved = noise_fit.with_noise(fitted(model), found(Outliers(), (0.01, 0.06)))
     assert moved.model == ("model of", cleaned)
@@ -68,7 +71,7 @@ def test_scatter_that_effects_explain_is_no_noise(monkeypatch: pytest.MonkeyPatc
     """With an effect within touches, the noise is estimated again from what it leaves."""
     cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([0.09, 0.09])))
     known = SimpleNamespace(table=None, without=lambda wrong: cleaned)
-    model = SimpleNamespace(known=known, with_readings=lambda observed: "cleaned")
+    model = SimpleNamespace(known=known, with_readings=lambda observed: "cleaned", predict=lambda vector: NO_CHANGE)
     monkeypatch.setattr(Outliers, "wrong", lambda self, *given: "wrong")
     monkeypatch.setattr(noise_fit, "fit", lambda model, vector, noise, drifts: again(model, noise, within=True))
     monkeypatch.setattr(noise_fit, "settled", lambda fitted: ("settled", fitted))

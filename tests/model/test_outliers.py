@@ -41,7 +41,7 @@ def test_where_wrong_becomes_more_likely() -> None:
 def test_wrong_readings_are_left_out() -> None:
     readings = np.array([[1.0, 2.0], [1.1, 2.1], [9.0, 2.2]])
     found = without_wrong(
-        table(readings, [0, 0, 0]), Outliers(), (0.05, 0.5), np.full(2, 0.1), np.full(2, 10.0)
+        table(readings, [0, 0, 0]), Outliers(), (0.05, 0.5), np.full(2, 0.1), np.full(2, 10.0), np.ones((3, 2))
     ).readings
     np.testing.assert_array_equal(np.isnan(found), [[False, False], [False, False], [True, False]])
     np.testing.assert_array_equal(found[:2], readings[:2])

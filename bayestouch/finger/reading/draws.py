@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -105,6 +106,11 @@ class FingerSampler:
 
     redraws_together = True
 
+    @cached_property
+    def search(self) -> IndenterPriors:
+        """Priors for the search of modes, which needs a density of R, also where only some tips are possible."""
+        return replace(self.priors, radius=search_prior(self.priors.radius, self.chain.outer_radius_mm))
+
     def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
         """Rows in an even number of pieces of about the same size."""
         largest = PIECE_AGAIN if again else PIECE
@@ -122,8 +128,7 @@ class FingerSampler:
     def groups(self, touches: TouchReadings, rows: IndexArray) -> Iterator[FingerGroup]:
         """The touches in `rows`, as one group."""
         some = touches.select(rows)
-        search = replace(self.priors, radius=search_prior(self.priors.radius, self.chain.outer_radius_mm))
-        posterior = FingerPosterior(self.chain, some, search, noise_whitener(self.noise, some), self.table)
+        posterior = FingerPosterior(self.chain, some, self.search, noise_whitener(self.noise, some), self.table)
         mode = find_modes(posterior)
         covariance_of = self.reading_covariance if some.context is None else some.context.covariance
         if covariance_of is not None:

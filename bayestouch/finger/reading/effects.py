@@ -13,6 +13,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.contact.hertz import indenter_radius
 from bayestouch.effects.effect import Effect, Values
+from bayestouch.effects.readout import LEAST
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
@@ -20,6 +21,10 @@ from bayestouch.finger.reading.covariance import root_of, spread_of
 from bayestouch.finger.reading.reader import TouchContext
 from bayestouch.finger.reading.true_load import TrueLoads, after_calibration
 from bayestouch.model.observations import Observations, UntimedTouches
+
+# Number of steps from readings to signals: an effect changes a reading by some ten percent, and each step is ten times
+# as near.
+SIGNAL_STEPS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,32 +243,62 @@ def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
     return np.array(out, dtype=np.int64)
 
 
-def timed_scale_and_shift(effects_chain: ChainWithEffects, observed: Observations, vector: FloatArray) -> FloatArray:
-    """Factor and addition of the effects that depend on time, (2, t, m).
+def timed_samples(
+    effects_chain: ChainWithEffects, observed: Observations, vector: FloatArray, signal: FloatArray
+) -> FloatArray:
+    """Factor and addition of the effects that depend on time, in each sample of touches with these signals (t, m).
 
-    The effects are assumed to be linear in the signal: they are evaluated for signals of one and zero.
+    Returns
+    -------
+    (2, n, m) array
+        The factor is that at `signal`: not all effects are in proportion to the signal.
     """
-    model = replace(
-        effects_chain.model,
-        observed=observed,
-        effects=tuple(e for e in effects_chain.model.effects if e.needs_samples),
-    )
-    t, m = observed.n_touches, model.n_elements
-    rows = timed_rows(effects_chain)
-    if not len(rows):
-        return np.stack([np.ones((t, m)), np.zeros((t, m))])
+    timed = tuple(each for each in effects_chain.model.effects if each.needs_samples)
+    model = replace(effects_chain.model, observed=observed, effects=timed)
+    t, rows = observed.n_touches, timed_rows(effects_chain)
     own = np.concatenate([vector[: model.n_base], vector[rows]])
     model = model.at(np.zeros(t), np.zeros(t), np.ones(t))
     blank = model.poses(own)
-
-    def of(signal: float) -> FloatArray:
-        return model.readings(replace(blank, signal=np.full((t, m), signal)), own).touches
-
-    zero = of(0.0)
-    return np.stack([of(1.0) - zero, zero])
+    at, zero = (
+        model.through(model.rows(replace(blank, signal=each)), own) for each in (signal, np.zeros(signal.shape))
+    )
+    return np.stack([(at - zero) / model.rows(replace(blank, signal=signal)).signal, zero])
 
 
-def timed_slopes(effects_chain: ChainWithEffects, observed: Observations) -> FloatArray:
+def timed_scale_and_shift(
+    effects_chain: ChainWithEffects, observed: Observations, vector: FloatArray, signal: FloatArray
+) -> FloatArray:
+    """Mean factor and addition of the effects that depend on time, (2, t, m), at signals (t, m)."""
+    if not len(timed_rows(effects_chain)):
+        return np.stack([np.ones(signal.shape), np.zeros(signal.shape)])
+    return np.stack([observed.of_touches(each) for each in timed_samples(effects_chain, observed, vector, signal)])
+
+
+def timed_signal(effects_chain: ChainWithEffects, observed: Observations) -> FloatArray:
+    """Signals (t, m) at which the effects that depend on time are evaluated: ones, if they are in proportion to it.
+
+    Else those that the readings show, without the effects; an element without a reading has a small signal.
+    """
+    vector, one = effects_chain.vector, np.ones((observed.n_touches, effects_chain.model.n_elements))
+    if not len(timed_rows(effects_chain)):
+        return one
+    once, twice = (timed_scale_and_shift(effects_chain, observed, vector, size * one)[0] for size in (1.0, 2.0))
+    if np.allclose(once, twice, rtol=1e-9, atol=0):
+        return one
+    read = np.nan_to_num(observed.means.readings)
+    signal = of_some_size(read, effects_chain.model.peak)
+    for _ in range(SIGNAL_STEPS):
+        scale, shift = timed_scale_and_shift(effects_chain, observed, vector, signal)
+        signal = of_some_size((read - shift) / scale, effects_chain.model.peak)
+    return signal
+
+
+def of_some_size(signal: FloatArray, peak: FloatArray) -> FloatArray:
+    """Signals (t, m) of at least `LEAST` peaks, with their signs."""
+    return np.copysign(np.maximum(np.abs(signal), LEAST * peak), signal)
+
+
+def timed_slopes(effects_chain: ChainWithEffects, observed: Observations, signal: FloatArray) -> FloatArray:
     """Derivative of `timed_scale_and_shift` over the values of these effects, (q, 2, t, m)."""
     out = []
     for row in timed_rows(effects_chain):
@@ -271,6 +306,6 @@ def timed_slopes(effects_chain: ChainWithEffects, observed: Observations) -> Flo
         up, down = effects_chain.vector.copy(), effects_chain.vector.copy()
         up[row] += step
         down[row] -= step
-        high, low = (timed_scale_and_shift(effects_chain, observed, v) for v in (up, down))
+        high, low = (timed_scale_and_shift(effects_chain, observed, v, signal) for v in (up, down))
         out.append((high - low) / (2 * step))
     return np.array(out).reshape(-1, 2, observed.n_touches, effects_chain.model.n_elements)

@@ -13,10 +13,11 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.alternatives import search_prior
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
-from bayestouch.finger.reading.live_covariance import LOADS, CovarianceTable
+from bayestouch.finger.reading.live_covariance import LOADS, LOADS_OF_BEND, CovarianceTable
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
-from bayestouch.finger.reading.live_effects import FingerStream, blank_context
+from bayestouch.finger.reading.live_effects import FingerStream, bends, blank_context
 from bayestouch.finger.reading.live_summary import Alternatives
+from bayestouch.finger.reading.places import CovarianceWithPlaces
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.live import HeldTouch, LiveTouch
 from bayestouch.reading.options import Options
@@ -42,7 +43,8 @@ class FingerLive:
     reader : FingerTouchReader
         The reader of `bayestouch.infer`, whose density, tables and covariance are used.
     covariance : CovarianceTable or None
-        Covariance of the readings due to the calibration; None if the calibration counts as exact.
+        Covariance of the readings due to the calibration; None if the calibration counts as exact, or if its covariance
+        is computed for each touch.
     templates : (n, m) float32 array
         Readings at the typical load of touches at `places`.
     places : (n, 2) array
@@ -66,7 +68,7 @@ class FingerLive:
         angles = np.clip(np.arange(low, high + TEMPLATE_STEP, TEMPLATE_STEP), low + 1e-6, high - 1e-6)
         w, angle = (each.ravel() for each in np.meshgrid(np.log(TEMPLATE_SHARES / (1 - TEMPLATE_SHARES)), angles))
         table = None
-        if not options.plug_in:
+        if not (options.plug_in or _by_radius(reader)):
             table = CovarianceTable.from_arrays(arrays) if arrays else _covariance_table(reader)
         live = cls(reader, table, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
         blank = live._blank.with_(readings=np.zeros(live.n_elements, dtype=np.float32))
@@ -115,6 +117,10 @@ class FingerLive:
             kappa = pressed * float(one.radii(w)) * one.per_modulus
             columns = self.covariance(kappa, angle, pressed).reshape(-1, len(readings))
             columns[len(readings) :] /= pressed
+        elif not self.reader.options.plug_in:
+            w, angle, pressed = found.x
+            mode = np.atleast_1d(one.radii(w)), np.array([angle]), np.array([pressed])
+            columns = self.reader.covariance(*mode)[0]
         covariance: FloatArray | None
         if stream is not None and context is not None:
             one, covariance = stream.acting(one, found, context, columns, variance)
@@ -187,12 +193,18 @@ class FingerLive:
         return self.templates**2
 
 
+def _by_radius(reader: FingerTouchReader) -> bool:
+    """Whether the covariance depends on R by itself, and not by κ alone: the surface has a curvature of its own."""
+    covariance = reader.covariance
+    return isinstance(covariance, CovarianceWithPlaces) and covariance.finger.places.functions.surface is not None
+
+
 def _covariance_table(reader: FingerTouchReader) -> CovarianceTable:
     """Table of the covariance of the readings, and with effects of their values too; see `EffectContext.columns`."""
     sampler, chain = reader.sampler, reader.effects_chain
     columns, loads = reader.covariance, np.array([1.0])
     if chain is not None:
-        loads = np.array(LOADS)
+        loads = np.array(LOADS_OF_BEND if bends(chain) else LOADS)
 
         def columns(radius: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
             out = blank_context(chain, len(load), exact=False).columns(radius, angle, load)

@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import History, Recording
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence
-from bayestouch.finger.reading.effects import EffectContext, timed_rows
+from bayestouch.finger.reading.effects import SIGNAL_STEPS, EffectContext, of_some_size, timed_rows
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_drift import DriftFilter
 from bayestouch.finger.reading.true_load import TrueLoads, changes_load, true_loads
@@ -34,6 +34,15 @@ def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: boo
         slopes=np.zeros((q, 2, t, m)),
         exact=exact,
     )
+
+
+def bends(effects_chain: ChainWithEffects) -> bool:
+    """Whether an effect that is equal in all samples is not in proportion to the signal."""
+    context, one = blank_context(effects_chain, 1, exact=True), np.ones(1)
+    peak = effects_chain.model.peak[None]
+    touch = 3.0 * one, 0.0 * one, effects_chain.model.reference_load * one, np.zeros(1, dtype=np.int64)
+    nothing, half, whole = (context.readings(size * peak, *touch) for size in (0.0, 0.5, 1.0))
+    return not np.allclose(whole - nothing, 2 * (half - nothing), rtol=1e-6, atol=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +123,7 @@ class FingerStream:
         self._total += reads * np.where(here, values, 0.0)
         self._counts += reads * here
         if len(self.rows):
-            self._sums += reads * self._scale_and_shift(time_s, time_s - self._began)
+            self._sums += reads * self._scale_and_shift(time_s, time_s - self._began, self._signal())
         return held.after(values, load, reads)
 
     def end(self) -> None:
@@ -251,12 +260,30 @@ class FingerStream:
             self._widths.append(2 * step)
         return out
 
-    def _scale_and_shift(self, time_s: float, held_s: float) -> FloatArray:
+    def _signal(self) -> FloatArray:
+        """Signal (m,) at which effects that depend on time are evaluated; see `bayestouch.finger.reading.effects`."""
+        one = np.ones(self.effects_chain.model.n_elements)
+        if not self._bends:
+            return one
+        read, held = self._total / np.maximum(self._counts, 1e-300), self._last - self._began
+        signal = of_some_size(read, self._timed.peak)
+        for _ in range(SIGNAL_STEPS):
+            scale, shift = self._scale_and_shift(self._last, held, signal)[0]
+            signal = of_some_size((read - shift) / scale, self._timed.peak)
+        return signal
+
+    @cached_property
+    def _bends(self) -> bool:
+        """Whether an effect that depends on time is not in proportion to the signal."""
+        one = np.ones(self.effects_chain.model.n_elements)
+        once, twice = (self._scale_and_shift(1.0, 1.0, size * one)[0, 0] for size in (1.0, 2.0))
+        return not np.allclose(once, twice, rtol=1e-9, atol=0)
+
+    def _scale_and_shift(self, time_s: float, held_s: float, signal: FloatArray) -> FloatArray:
         """Factor and addition of the effects that depend on time in a sample, for each of v vectors, (v, 2, m)."""
-        m = self.effects_chain.model.n_elements
-        recording = self._recording(_ONE_ZERO[:, None] * np.ones(m), time_s, held_s)
+        recording = self._recording(np.stack([signal, np.zeros(len(signal))]), time_s, held_s)
         rows = np.stack([self._timed.through(recording, vector) for vector in self._vectors])
-        return np.stack([rows[:, 0] - rows[:, 1], rows[:, 1]], axis=1)
+        return np.stack([(rows[:, 0] - rows[:, 1]) / signal, rows[:, 1]], axis=1)
 
     def _recording(self, signal: FloatArray, time_s: float, held_s: float) -> Recording:
         n, model = len(signal), self._timed
@@ -277,9 +304,6 @@ class FingerStream:
     @cached_property
     def _element_place(self) -> tuple[FloatArray, ...]:
         return (np.asarray(self._timed.finger.element_angles_deg),)
-
-
-_ONE_ZERO = np.array([1.0, 0.0])
 
 
 def _evidence(touch: Found, chain: ChainWithEffects) -> TouchEvidence:

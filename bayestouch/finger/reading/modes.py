@@ -19,6 +19,9 @@ GRID_STEP = np.radians(1.0)
 DIFFERENCES = np.array([3e-2, 3e-3, 3e-3])
 # Number of starts that are optimised: the best of those at the start shares.
 KEPT = 2
+# Sum of squared residuals of a mode, over the number of elements, from which other locations are tried. It is about 1
+# where the place is right, and a few where the calibration errs.
+POOR = 4.0
 MAX_ITERATIONS = 40
 
 
@@ -44,8 +47,43 @@ def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> F
     starts = np.take_along_axis(starts, order[..., None], axis=1)
     blocks = np.repeat(np.arange(t), s)
     x, value = _climb(posterior, starts.reshape(t * s, 3), blocks)
-    best = value.reshape(t, s).argmax(axis=1)
-    return np.asarray(x[np.arange(t) * s + best])
+    best = np.arange(t) * s + value.reshape(t, s).argmax(axis=1)
+    return _searched_again(posterior, x[best], value[best])
+
+
+def _searched_again(posterior: FingerPosterior, mode: FloatArray, value: FloatArray) -> FloatArray:
+    """Modes (t, 3) with log densities (t,), or better ones where the readings fit badly and there are effects.
+
+    The templates of `_starts` have no effects: a hard touch with readings that saturate looks like one far away.
+    """
+    if posterior.touches.context is None:
+        return mode
+    rest = posterior.residual(mode[:, None], np.arange(len(mode)))[:, 0]
+    poor = np.flatnonzero((rest.astype(np.float64) ** 2).sum(axis=1) > POOR * np.maximum((rest != 0).sum(axis=1), 1))
+    if not len(poor):
+        return mode
+    low, high = posterior.priors.location.support
+    angles = np.clip(np.arange(low, high + GRID_STEP, GRID_STEP), low + 1e-6, high - 1e-6)
+    shares, p = np.array(START_SHARES), len(poor)
+    load = np.where(np.isfinite(posterior.touches.load[poor]), posterior.touches.load[poor], mode[poor, 2])
+    low_load, high_load = posterior.priors.load.support
+    load = np.clip(load, low_load + 1e-6, high_load - 1e-6)
+    shape = (p, len(shares), len(angles))
+    places = np.stack(
+        np.broadcast_arrays(
+            np.log(shares / (1 - shares))[:, None] + np.zeros(shape), angles + np.zeros(shape), load[:, None, None]
+        ),
+        axis=-1,
+    )
+    density = posterior.log_density(places.reshape(p, -1, 3), poor).reshape(shape)
+    starts = np.take_along_axis(places, density.argmax(axis=2)[:, :, None, None], axis=2)[:, :, 0]
+    s = len(shares)
+    x, found = _climb(posterior, starts.reshape(p * s, 3), np.repeat(poor, s))
+    best = np.arange(p) * s + found.reshape(p, s).argmax(axis=1)
+    better = found[best] > value[poor]
+    out = mode.copy()
+    out[poor[better]] = x[best[better]]
+    return out
 
 
 def hessian_at(posterior: FingerPosterior, mode: FloatArray) -> FloatArray:

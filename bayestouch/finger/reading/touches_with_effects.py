@@ -13,7 +13,14 @@ from bayestouch.data.touches import Touches
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
-from bayestouch.finger.reading.effects import EffectContext, timed_scale_and_shift, timed_slopes
+from bayestouch.finger.reading.effects import (
+    EffectContext,
+    timed_rows,
+    timed_samples,
+    timed_scale_and_shift,
+    timed_signal,
+    timed_slopes,
+)
 from bayestouch.finger.reading.modes import difference_steps, find_modes, with_whitener
 from bayestouch.finger.reading.reader import (
     FingerPosterior,
@@ -36,11 +43,7 @@ def observe(
 ) -> tuple[Observations, str]:
     """Touches of a table with times, without readings that are probably wrong, and a note on the assumed times."""
     timing = Timing.in_unit(corrected, effects_chain.listed.setting.time_unit)
-    table = corrected
-    for effect in effects_chain.listed.of_noise:
-        table = without_wrong(
-            table, effect, effects_chain.values[effect.name], noise.tactile_sd, effects_chain.model.peak
-        )
+    table = _without_wrong(corrected, effects_chain, noise, timing)
     history = history_of(table, timing.time_s)
     if each_sample:
         table = table.with_(touch=np.arange(table.n_rows), sample=np.zeros(table.n_rows, dtype=np.int64))
@@ -50,6 +53,24 @@ def observe(
         # One touch per row, with the number of its touch in the table.
         observed = replace(observed, means=replace(observed.means, touch=corrected.touch[observed.means.touch]))
     return observed, timing.note
+
+
+def _without_wrong(table: Touches, effects_chain: ChainWithEffects, noise: Noise, timing: Timing) -> Touches:
+    """The table without readings that are probably wrong; a change within a touch that an effect makes is not wrong."""
+    if not effects_chain.listed.of_noise:
+        return table
+    growth = np.ones(table.readings.shape)
+    if len(timed_rows(effects_chain)):
+        history = history_of(table, timing.time_s)
+        span = (float(timing.time_s.min()), float(timing.time_s.max()))
+        observed = Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span)
+        signal = timed_signal(effects_chain, observed)
+        factor = timed_samples(effects_chain, observed, effects_chain.vector, signal)[0]
+        growth[table.in_contact] = factor / observed.of_touches(factor)[observed.row_touch]
+    for effect in effects_chain.listed.of_noise:
+        values, peak = effects_chain.values[effect.name], effects_chain.model.peak
+        table = without_wrong(table, effect, values, noise.tactile_sd, peak, growth)
+    return table
 
 
 def prepare(
@@ -62,7 +83,8 @@ def prepare(
 ) -> TouchReadings:
     """Readings with the effects at the time of each touch, with estimated drifts and corrected loads."""
     noise = sampler.noise
-    scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector)
+    signal = timed_signal(effects_chain, observed)
+    scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector, signal)
     t, m = scale.shape
     context = EffectContext(
         effects_chain=effects_chain,
@@ -70,7 +92,7 @@ def prepare(
         shift=shift,
         extra=np.zeros((t, m, m)),
         reads=np.maximum(readings.counts.max(axis=1), 1).astype(float),
-        slopes=timed_slopes(effects_chain, observed),
+        slopes=timed_slopes(effects_chain, observed, signal),
         exact=plug_in,
     )
     readings = replace(readings, context=context)
@@ -83,7 +105,7 @@ def prepare(
         current = readings.context
         assert isinstance(current, EffectContext)
         posterior = FingerPosterior(
-            sampler.chain, readings, sampler.priors, noise_whitener(noise, readings), sampler.table
+            sampler.chain, readings, sampler.search, noise_whitener(noise, readings), sampler.table
         )
         mode = find_modes(posterior, start)
         radius = posterior.radius(mode[:, 0])

@@ -20,7 +20,7 @@ def test_derivatives_are_local_beside_the_standard_deviation(monkeypatch: pytest
     large as the standard deviation is off by 18 %.
     """
 
-    def scale_and_shift(_chain: Any, _observed: Any, vector: np.ndarray) -> np.ndarray:
+    def scale_and_shift(_chain: Any, _observed: Any, vector: np.ndarray, _signal: Any) -> np.ndarray:
         return np.array([np.exp(10 * vector[1]), 3 * vector[1]]).reshape(2, 1, 1)
 
     monkeypatch.setattr(effects, "timed_rows", lambda _chain: np.array([1]))
@@ -28,7 +28,7 @@ def test_derivatives_are_local_beside_the_standard_deviation(monkeypatch: pytest
     chain = SimpleNamespace(
         covariance=np.diag([25.0, 0.01]), vector=np.array([7.0, 0.0]), model=SimpleNamespace(n_elements=1)
     )
-    slopes = effects.timed_slopes(cast(Any, chain), cast(Any, SimpleNamespace(n_touches=1)))
+    slopes = effects.timed_slopes(cast(Any, chain), cast(Any, SimpleNamespace(n_touches=1)), np.ones((1, 1)))
     assert slopes.shape == (1, 2, 1, 1)
     np.testing.assert_allclose(slopes.ravel(), [10.0, 3.0], rtol=1e-4)
 

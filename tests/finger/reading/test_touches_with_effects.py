@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from live_cases import FINGER, sensor, streamed
 
+import bayestouch
 from bayestouch.chain.noise import Noise
+from bayestouch.data.touches import touches_from
+from bayestouch.effects.stated import StatedModel
+from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading import touches_with_effects as module
 from bayestouch.finger.reading.effects import EffectContext
+from bayestouch.finger.reading.live_effects import blank_context
 from bayestouch.finger.reading.reader import TouchReadings
+from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.finger.reading.true_load import TrueLoads
+from bayestouch.reading.options import Options
 
 MODE = np.array([[0.3, 0.1, 20.0], [0.6, -0.2, 50.0]])
 PLACES = np.array([0.0, 0.2])
@@ -126,6 +134,7 @@ def test_drifts_are_looked_for_only_where_there_are_any(
     one, many = np.ones((2, 2)), np.zeros((2, 2, 2))
     monkeypatch.setattr(EffectContext, "covariance", lambda *given: many)
     stubs: dict[str, Any] = {
+        "timed_signal": lambda *given: one,
         "timed_scale_and_shift": lambda *given: (one, 0 * one),
         "timed_slopes": lambda *given: np.zeros((0, 2, 2, 2)),
         "changes_load": lambda chain: True,
@@ -146,8 +155,86 @@ def test_drifts_are_looked_for_only_where_there_are_any(
         monkeypatch.setattr(module, name, stub)
     readings = TouchReadings(one, np.full((2, 2), 4), np.array([20.0, 30.0]), np.ones(2))
     chain: Any = SimpleNamespace(vector=None, listed=SimpleNamespace(drifts=drifts))
-    sampler: Any = SimpleNamespace(noise=None, chain=None, priors=None, table=None)
+    sampler: Any = SimpleNamespace(noise=None, chain=None, search=None, table=None)
     found = module.prepare(readings, None, chain, sampler, plug_in=True)  # type: ignore[arg-type]
     assert isinstance(found.context, EffectContext)
     np.testing.assert_array_equal(found.context.shift, np.full((2, 2), shift))
     np.testing.assert_array_equal(found.load, [21.0, 31.0])
+
+
+def errors(result: bayestouch.TouchPosteriors, name: str) -> tuple[float, float]:
+    """Rms over touches of the error of the mean, and of this error over the posterior sd."""
+    draws = result.posterior[name]
+    error = draws.mean(axis=(0, 1)) - result.reference[name]
+    return float(np.sqrt(np.mean(error**2))), float(np.sqrt(np.mean((error / draws.std(axis=(0, 1))) ** 2)))
+
+
+READ: dict[str, Any] = {"check_sensor": False, "draws": 256, "seed": 1, "workers": 1}
+
+
+def test_a_drift_is_estimated_where_only_tips_are_possible() -> None:
+    """As where any radius is: the search for modes needs a density of R, which tips by themselves have not."""
+    data, one = sensor("finger", (("baseline_drift", 0.01),), ("baseline_drift",))
+    tips = bayestouch.KnownTips(tuple(np.unique(data.touches.indenter_radius_mm)))
+    free, known = (bayestouch.infer(data.touches, one, use_load=False, indenter=each, **READ) for each in (None, tips))
+    for name in ("theta_c", "P"):
+        assert errors(known, name)[0] < 1.1 * errors(free, name)[0] and errors(known, name)[1] < 1.3
+
+
+def test_a_creep_that_depends_on_the_strain_acts_at_the_strain_of_the_touch() -> None:
+    """Loads read by the elements alone, of about 195 N/m: evaluated at a signal of one they were 100 N/m too small."""
+    data = bayestouch.simulate(FINGER, seed=3).dataset
+    assert data.calibration is not None
+    peak, power, share = np.abs(data.calibration.readings).max(axis=0), -0.5, 0.1
+
+    def crept(table: bayestouch.Touches) -> bayestouch.Touches:
+        held = table.time_s - np.array([table.time_s[table.touch == each].min() for each in table.touch])
+        grown = share * -np.expm1(-held / (0.4 * held.max()))
+        strain = np.clip(np.abs(table.readings) / peak, 1e-3, 5) ** power
+        return table.with_(readings=table.readings * (1 + grown[:, None] * strain))
+
+    touches = crept(data.touches)
+    model = StatedModel("finger", "layer", (("creep", {"strain_power": power}),))
+    crept_data = replace(data, calibration=crept(data.calibration), touches=touches)
+    one = bayestouch.calibrate(crept_data, model=model, draws=64)
+    read = bayestouch.infer(touches, one, use_load=False, **READ)
+    assert abs(float((read.mean("P") - read.reference["P"]).mean())) < 1.0
+    for name in ("R", "theta_c", "P"):
+        assert errors(read, name)[1] < 1.4
+    # The live reader has the same at the end of each touch.
+    live = streamed(bayestouch.Reader(one), touches)
+    load = np.array([each.mean[2] for each in live])
+    assert np.sqrt(np.mean((load - read.reference["P"]) ** 2)) < 1.0
+
+
+def test_a_creep_is_no_outlier() -> None:
+    """A table with creep and without outliers keeps all but one reading in a hundred."""
+    design = replace(FINGER, noise_percent_peak=0.5)
+    data = bayestouch.simulate(design, effects={"creep": 0.1, "creep.time": 0.4}, seed=3).dataset
+    model = StatedModel("finger", "layer", (("creep", {}), ("outliers", {"probability": 0.01, "size": 0.5})))
+    one = bayestouch.calibrate(data, model=model, draws=64)
+    chain = ChainWithEffects.of(one)
+    assert abs(chain.values["creep"][0] - 0.1) < 0.005
+    observed, _ = module.observe(data.touches, chain, one.noise, each_sample=False)
+    assert np.isnan(observed.deviation).mean() < 0.01
+
+
+def test_readings_that_saturate_are_found_where_they_are() -> None:
+    """Hard touches, at 2.5 times the typical load, look like touches far away without the effect."""
+    _, one = sensor("finger", (("saturation", 0.6),), ("saturation",))
+    reader = FingerTouchReader.from_calibration(one, Options())
+    rng, n = np.random.default_rng(1), 40
+    load, radius = np.full(n, 2.5 * reader.typical_load), rng.uniform(1, 12, n)
+    angle = np.radians(rng.uniform(-20, 20, n))
+    touch = radius, angle, load
+    assert reader.effects_chain is not None
+    context = blank_context(reader.effects_chain, n, exact=False)
+    read = context.readings(reader.sampler.chain.predict(*touch), *touch, np.arange(n))
+    table = touches_from(
+        np.arange(n),
+        read + one.noise.tactile_sd * rng.standard_normal(read.shape),
+        load=load + one.noise.force_sd * rng.standard_normal(n),
+        contact=1.0,
+    )
+    found = bayestouch.infer(table, one, **READ)
+    assert np.abs(found.mean("theta_c") - np.degrees(angle)).max() < 1.5
