@@ -10,9 +10,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.data.checked import checked_numbers, checked_positive
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
+
+# Rounding of a gap between elements, degree: elements at even angles all around have no largest gap.
+ROUNDING = 1e-6
 
 # When the data set is read, a length of 0 is an error that names key and line, so that no length is forgotten.
 _TEMPLATE = """\
@@ -93,7 +98,7 @@ class Finger(Summarised):
                 f"expected a radius between core and outer, {core!r} and {outer!r} mm, got {sensing!r}",
                 column="sensing_radius_mm",
             )
-        angles = checked_numbers(self.element_angles_deg, "element_angles_deg")
+        angles = _in_a_row(checked_numbers(self.element_angles_deg, "element_angles_deg"))
         object.__setattr__(self, "core_radius_mm", core)
         object.__setattr__(self, "outer_radius_mm", outer)
         object.__setattr__(self, "sensing_radius_mm", sensing)
@@ -115,13 +120,11 @@ class Finger(Summarised):
 
         The largest gap around the circle does not count: there the row of elements ends.
         """
-        if self.n_elements < 2:
-            return None
-        angles = np.sort(self.element_angles_deg)
-        if angles[-1] - angles[0] >= 360:
-            angles = np.sort(angles % 360)
-        gaps = np.append(360 - (angles[-1] - angles[0]), np.diff(angles))
-        return float(np.median(np.delete(gaps, np.argmax(gaps))))
+        return float(np.median(np.diff(np.sort(self.element_angles_deg)))) if self.n_elements > 1 else None
+
+    def near(self, angle_deg: FloatArray) -> FloatArray:
+        """Angles in degree, with as many whole turns added as bring them nearest to the middle of the elements."""
+        return nearest_turn(angle_deg, 0.5 * (min(self.element_angles_deg) + max(self.element_angles_deg)))
 
     def as_built(self) -> tuple[tuple[str, Any, str], ...]:
         """Return the rows (quantity, value, unit) of a table of the geometry; the value is None if unknown."""
@@ -134,3 +137,25 @@ class Finger(Summarised):
             ("angle between neighbouring elements", pitch, "degree"),
             ("the same along the surface", arc, "mm"),
         )
+
+
+def _in_a_row(angles: tuple[float, ...]) -> tuple[float, ...]:
+    """Angles in degree with whole turns added, so that the row of elements ends at the largest gap around the circle.
+
+    Elements at 170 and -170 are 20 degrees apart, whatever turn their angles are stated in: -170 becomes 190. Angles
+    whose largest gap is at their ends already are unchanged.
+    """
+    ordered = np.sort(angles)
+    if len(angles) < 2:
+        return angles
+    if ordered[-1] - ordered[0] >= 360:
+        # Twice, as 360 is what rounding makes of an angle just below zero.
+        angles = tuple(float(each % 360 % 360) for each in angles)
+        ordered = np.sort(angles)
+    gaps = np.diff(ordered)
+    if gaps.max() <= 360 - (ordered[-1] - ordered[0]) + ROUNDING:
+        return angles
+    last = ordered[int(np.argmax(gaps))]
+    row = [each + 360 * (each <= last) for each in angles]
+    turn = 360 if 0.5 * (min(row) + max(row)) > 180 else 0
+    return tuple(float(each - turn) for each in row)

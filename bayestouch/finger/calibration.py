@@ -163,7 +163,7 @@ def finger_calibration(
     assert means.angle_deg is not None
     rows = TouchRows(
         touch=means.touch[used],
-        location={"theta_c": means.angle_deg[used]},
+        location={"theta_c": fit.likelihood.model.finger.near(means.angle_deg[used])},
         radius_mm=means.indenter_radius_mm[used],
         load=means.load[used],
         observed=means.readings[used],

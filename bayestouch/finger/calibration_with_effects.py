@@ -132,7 +132,7 @@ def touch_rows(fitted: Fitted, spread: Noise) -> TouchRows:
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     return TouchRows(
         touch=means.touch,
-        location={"theta_c": means.angle_deg},
+        location={"theta_c": finger_model(fitted.model).finger.near(means.angle_deg)},
         radius_mm=means.indenter_radius_mm,
         load=means.load,
         observed=means.readings,

@@ -101,7 +101,7 @@ class KnownTouches:
         return (
             cls(
                 radius_mm=composite_radius(means.indenter_radius_mm[known], finger.outer_radius_mm),
-                angle=np.radians(means.angle_deg[known]),
+                angle=np.radians(finger.near(means.angle_deg[known])),
                 load=np.where(measured, load, typical),
                 load_reads=np.where(measured, means.reads_of_load[known], 0.0),
                 readings=np.where(constant, np.nan, readings),

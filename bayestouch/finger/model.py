@@ -192,7 +192,7 @@ class FingerModel(SensorModel):
         outer = self.finger.outer_radius_mm
         if self.pose is None:
             assert isinstance(observed, Observations) and observed.means.angle_deg is not None
-            radius, angle = observed.means.indenter_radius_mm, observed.means.angle_deg
+            radius, angle = observed.means.indenter_radius_mm, self.finger.near(observed.means.angle_deg)
             load = self.load if load is None else load
         else:
             composite, angle = self.pose[0], np.degrees(self.pose[1])

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.grouping import grouped_mean
 from bayestouch.errors import InputError
@@ -62,7 +63,8 @@ def place_bias(
     touches = TouchPlaces.grid(np.asarray(composite_radius(radii, known.outer_radius_mm)), np.radians(where), push)
     estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
     angle, left = _residuals(known if better is None else better, calibrating)
-    there = np.stack([np.interp(np.degrees(touches.angle), angle, column) for column in left.T], axis=1)
+    asked = nearest_turn(np.degrees(touches.angle), _middle(known))
+    there = np.stack([np.interp(asked, angle, column) for column in left.T], axis=1)
     missed = push * there
     if better is not None:
         missed += better.predict(touches) - known.predict(touches)
@@ -70,11 +72,17 @@ def place_bias(
     return {name: bias[:, i].reshape(len(radii), len(where)) for i, name in enumerate(NAMES)}
 
 
+def _middle(known: KnownFinger) -> float:
+    """Angle of the middle of the elements, degree."""
+    element = np.degrees(known.chain.angle)
+    return 0.5 * float(element.min() + element.max())
+
+
 def _residuals(known: KnownFinger, calibrating: TouchMeans) -> tuple[FloatArray, FloatArray]:
     """Angles of the edges (t,), ascending, and residual of each element per N/m (t, m), shrunk."""
     if calibrating.angle_deg is None:
         raise InputError("the bias of places needs angle_deg of the calibration touches")
-    angle, load = calibrating.angle_deg, calibrating.load
+    angle, load = nearest_turn(calibrating.angle_deg, _middle(known)), calibrating.load
     edges = (calibrating.indenter_radius_mm == 0) & np.isfinite(angle) & np.isfinite(load) & (load > 0)
     if edges.sum() < 2:
         raise InputError("the bias of places needs two knife edges with a known location and load at least")

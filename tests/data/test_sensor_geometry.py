@@ -15,7 +15,7 @@ FINGER = Finger(10.0, 14.0, 12.0, (20.0, -10.0, 0.0, 8.0))
 LINE = Pad((0.0, 6.0, 13.0), thickness_mm=3.0)
 PLANE = Pad((0.0, 6.0), (1.0, 5.0), thickness_mm=3.0, depth_mm=2.0)
 # What one geometry has beside its own lengths.
-OWN = {"pitch_deg", "dimensions", "places_mm"}
+OWN = {"pitch_deg", "near", "dimensions", "places_mm"}
 
 
 def public(body: type) -> set[str]:
