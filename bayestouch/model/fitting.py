@@ -107,8 +107,12 @@ def drift_columns(
 def drift_basis(drift: RandomEffect, values: Values, observed: Observations) -> FloatArray:
     """Basis (t, k) of a drift at the time of each touch; each session has its own functions."""
     time, out = observed.touch_time_s, []
-    for low, high in observed.sessions or (observed.span,):
+    sessions = observed.sessions or (observed.span,)
+    for k, (low, high) in enumerate(sessions):
         inside = (time >= low) & (time <= high)
+        if k + 1 < len(sessions):
+            # A session may begin when the one before ends: a touch at that time belongs to the later one.
+            inside &= time < sessions[k + 1][0]
         out.append(np.where(inside[:, None], drift.basis(time, values, low, high), 0.0))
     return np.concatenate(out, axis=1)
 

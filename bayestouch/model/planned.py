@@ -71,7 +71,7 @@ class PlannedTouches:
     parameters : tuple of Group
         Parameters of the calibration.
     coordinates : mapping of str to (str, float)
-        Unit of each coordinate of a touch, and the factor from the unit of `slopes` to it.
+        Unit of each coordinate of a touch, the load last, and the factor from the unit of `slopes` to it.
     slopes : (t, m, q) array
         Derivative of the readings over the coordinates of the touch.
     precision : (t, q) array
@@ -91,14 +91,17 @@ class PlannedTouches:
         """Errors of coordinates (`asked`, or those with `names`) of some touches by what the calibration leaves open.
 
         Readings are weighted as they are when touches are read: ``(Jᵀ Σ⁻¹ J + Λ)⁻¹ Jᵀ Σ⁻¹``, with the slopes J, the
-        covariance Σ of the readings and the prior precision Λ.
+        covariance Σ of the readings for a known load and the prior precision Λ.
         """
         some = self.readings.select(touches)
-        slopes = self.slopes[touches]
-        weighted: FloatArray = np.asarray(np.linalg.solve(some.total, slopes), dtype=np.float64)
+        slopes, precision = self.slopes[touches], self.precision[touches]
+        # The load is an unknown here: its error is no noise of the readings.
+        of_load = slopes[:, :, -1] / np.sqrt(precision[:, -1:])
+        given_load = some.total - of_load[:, :, None] * of_load[:, None]
+        weighted: FloatArray = np.asarray(np.linalg.solve(given_load, slopes), dtype=np.float64)
         information = slopes.swapaxes(1, 2) @ weighted
         index = np.arange(slopes.shape[2])
-        information[:, index, index] += self.precision[touches]
+        information[:, index, index] += precision
         weights = np.linalg.solve(information, weighted.swapaxes(1, 2))
         errors = weights @ some.columns
         return tuple(

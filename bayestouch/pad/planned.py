@@ -83,7 +83,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
             np.where(usable, of_signal.mean[t:] + map_.offset, 0.0),
             columns[t:],
             covariance,
-            with_load_error((variance + left)[t:], of_signal.by_load[t:], load_sd[t:]),
+            with_load_error((variance + left)[t:], np.where(usable, of_signal.by_load[t:], 0.0), load_sd[t:]),
         ),
         parameters=(*_parameters(calibration, chain, usable, len(covariance)), *_sensitivity(calibration, columns[:t])),
         coordinates={**{name: ("mm", 1.0) for name in names}, "P": (str(calibration.settings["load_unit"]), 1.0)},

@@ -127,7 +127,7 @@ def test_the_bias_of_a_place_is_that_of_the_sweet_spots() -> None:
     radius = composite_radius(table.indenter_radius_mm, known.outer_radius_mm)
     touches = TouchPlaces(radius, np.radians(table.angle_deg), table.load)
     slopes = known.touch_jacobian(touches)
-    weighted = np.linalg.solve(known.covariance(touches, 20) + _load(known, slopes), slopes)
+    weighted = np.linalg.solve(known.covariance(touches, 20), slopes)
     information = slopes.swapaxes(1, 2) @ weighted
     # What is known before: a tip between edge and flat, a place in the calibrated range of 40°, a load as measured.
     prior = [12 / known.outer_radius_mm**2, 12 / np.radians(40.0) ** 2, known.load_sd(20, use_load=True) ** -2]
@@ -137,11 +137,6 @@ def test_the_bias_of_a_place_is_that_of_the_sweet_spots() -> None:
     expected = np.einsum("ti,tij,tj->t", weights, known.errors.covariance(touches), weights)
     found = np.einsum("td,de,te->t", bias.rows, one.covariance, bias.rows)
     np.testing.assert_allclose(found, expected, rtol=1e-4)
-
-
-def _load(known: KnownFinger, slopes: FloatArray) -> FloatArray:
-    by_load = slopes[:, :, 2] * known.load_sd(20, use_load=True)
-    return np.asarray(by_load[:, :, None] * by_load[:, None])
 
 
 def test_the_sds_are_those_of_a_calibration_with_the_chosen_touches() -> None:
@@ -204,3 +199,20 @@ def test_slopes_at_a_flat_are_the_same_with_a_model_of_effects() -> None:
     touches = np.array([12.7, 12.3]), np.zeros(2), np.full(2, 200.0)
     found = touch_slopes(with_effects, *touches)
     np.testing.assert_allclose(found, touch_slopes(model.chain(vector).predict, *touches), rtol=1e-6, atol=1e-9)
+
+
+def test_the_error_of_a_load_counts_once_in_the_errors_of_touches() -> None:
+    """The load is an unknown of the touch, with its reading as prior; it is not in the noise of the readings, too."""
+    data = made()
+    noisy = replace(data, sensor=replace(data.sensor, force_noise_sd=10.0))
+    one = bayestouch.calibrate(noisy, discrepancy="none", draws=200)
+    touches = planned(one, grid(one))
+    (found,) = touches.biases(np.arange(9), ["P"])
+    readings, slopes = touches.readings, touches.slopes
+    counts = np.full(readings.mean.shape, np.median(one.rows.counts))
+    total = readings.columns @ readings.covariance @ readings.columns.swapaxes(1, 2)
+    total += one.noise.mean_variance(counts, readings.mean)[:, :, None] * np.eye(4)
+    for t in range(9):
+        weighted = np.linalg.solve(total[t], slopes[t])
+        errors = np.linalg.solve(slopes[t].T @ weighted + np.diag(touches.precision[t]), weighted.T)
+        np.testing.assert_allclose(found.rows[t], errors[2] @ readings.columns[t], rtol=1e-6, atol=1e-9)

@@ -152,6 +152,11 @@ def test_a_drift_of_its_own_for_each_session() -> None:
     assert first[:2].any(axis=1).all() and not found[2:, :k].any() and not found[:2, k:].any()
     known.sessions = ()
     np.testing.assert_array_equal(drift_basis(drift, values, known), drift.basis(time, values, 0.0, 15.0))
+    # A session that begins when the one before ends: a touch at that time has the functions of one of them.
+    known.sessions = ((0.0, 4.0), (4.0, 15.0))
+    found = drift_basis(drift, values, known)
+    variance = (found**2).sum(axis=1)
+    assert not found[1, :k].any() and np.ptp(variance) < 0.1 * variance.mean()
 
 
 def test_columns_of_functions() -> None:
