@@ -89,9 +89,8 @@ def pad_design_maps(
     designs = tuple(changed_pad(design, vary, float(value)) for value in wanted)
     spots = []
     for each in designs:
-        kernel = "layer-line" if each.element_y_mm is None else "layer"
         calibration = calibrate_pad(
-            simulate(replace(each, n_touches=1), seed=seed).dataset, kernel=kernel, empirical=False, draws=8
+            simulate(replace(each, n_touches=1), seed=seed).dataset, kernel="layer", empirical=False, draws=8
         )
         reader = PadReader.from_calibration(calibration)
         spots.append(pad_spots(reader, pad_places(each, places), reads=samples))

@@ -117,9 +117,9 @@ def _fit(evidence: Evidence) -> Picture:
     """Figure of one element's readings against location, with fit and difference (Figures 9 and 10 of the paper)."""
     rows = evidence.calibration.rows
     (name, location), *_ = rows.location.items()
-    element = _middle_element(rows.observed)
     edges = rows.radius_mm == 0
     these = np.flatnonzero((edges if edges.sum() > 5 else np.ones(len(edges), dtype=bool)) & np.isfinite(location))
+    element = _middle_element(rows.observed[these])
     these = these[np.argsort(location[these])]
     load = rows.load[these]
     scale = np.ones(len(these)) if np.isnan(load).any() or (load <= 0).any() else load.mean() / load

@@ -23,7 +23,7 @@ def check_pictures(numbers: dict[str, Any]) -> Iterator[Picture]:
     with drawing():
         figure, axes = canvas(3.0)
         ax = axes[0, 0]
-        ax.bar(place, high - low, bottom=low, width=0.6, color=GREY, alpha=0.35, label="98 % scatter if right")
+        ax.bar(place, high - low, bottom=low, width=0.6, color=GREY, alpha=0.35, label="scatter if right")
         ax.plot(place, inside, "o", color=BLUE, label="readings of the element")
         ax.axhline(90, color=GREY, ls=":")
         ax.set(xlabel="element", ylabel="readings inside 90 % (%)")
@@ -37,7 +37,7 @@ def check_pictures(numbers: dict[str, Any]) -> Iterator[Picture]:
         "checks",
         "How often readings are inside the interval that the other readings predict",
         "Each reading is predicted from the other readings of its touch. A dot below its bar: the element reads other "
-        "than the model says, or with more noise. A dot above it: its noise is stated too large.",
+        "than the model says, or with more noise. A dot above it: its intervals are wider than needed.",
         f"Readings inside their predicted 90 % interval, for {len(rows)} elements: {number(float(inside.min()))} to "
         f"{number(float(inside.max()))} %; {named} elements are outside too often.",
         content,

@@ -36,7 +36,8 @@ def predictive_check(posteriors: TouchPosteriors) -> dict[str, Any] | None:
     """How often the readings of each element are inside the intervals that the other readings of a touch predict.
 
     Each reading is left out by Pareto-smoothed weights, as in `arviz.loo_pit`: a posterior that has seen a reading
-    predicts it too well. An element is named if so many of its readings inside or outside have a probability below 1 %.
+    predicts it too well. An element is named if so many of its readings are inside or outside that this has a
+    probability below `RARE` among all elements.
     """
     again = posteriors.groups.get("posterior_predictive", {}).get("reading")
     log = posteriors.groups.get("log_likelihood", {}).get("reading")
@@ -49,10 +50,13 @@ def predictive_check(posteriors: TouchPosteriors) -> dict[str, Any] | None:
     def name(e: int) -> str:
         return f"e{e + 1:02d}"
 
-    for e in np.flatnonzero(np.isfinite(rank).any(axis=0)).tolist():
+    elements = np.flatnonzero(np.isfinite(rank).any(axis=0)).tolist()
+    # One of all elements is named by chance with the probability `RARE`, on either side.
+    rare = 0.5 * RARE / max(len(elements), 1)
+    for e in elements:
         own = rank[:, e][np.isfinite(rank[:, e])]
         inside = {level: int((np.abs(own - 0.5) <= level / 200).sum()) for level in LEVELS}
-        fewest, most = (float(x) for x in binom(len(own), 0.9).ppf([RARE, 1 - RARE]))
+        fewest, most = (float(x) for x in binom(len(own), 0.9).ppf([rare, 1 - rare]))
         # Numbers of readings are compared, not percentages, which are rounded.
         outside += [name(e)] * (inside[90] < fewest)
         within += [name(e)] * (inside[90] > most)

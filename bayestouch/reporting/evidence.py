@@ -62,8 +62,8 @@ class Evidence:
 
     @property
     def simulated(self) -> bool:
-        """True if the data set states that it is simulated."""
-        return any("simulated" in str(text).lower() for text in self.sensor.source.values())
+        """True if a text of the source of the data set begins with "simulated", as `bayestouch.simulate` writes it."""
+        return any(str(text).lower().startswith("simulated") for text in self.sensor.source.values())
 
     def means(self, *, each_sample: bool = False) -> TouchMeans:
         """Touches to infer, averaged as in the inference; or every sample in contact as a touch of its own."""

@@ -68,6 +68,7 @@ def gather(
         _require_baselines(dataset, diagnosis)
     if dataset.sensor.body.kind not in PAGES:
         raise InputError(f"there is no report of a {dataset.sensor.body.kind}, only of {' and '.join(PAGES)}")
+    _require_readings(dataset)
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
@@ -129,6 +130,16 @@ def _read(
         other = replace(evidence, posteriors=with_load, without_load=no_load, plug_in=not plug_in)
         evidence = replace(evidence, counterpart=other)
     return evidence
+
+
+def _require_readings(dataset: DataSet) -> None:
+    """Raise an error for a finger whose touches have fewer readings than unknowns, at once and not after minutes."""
+    body = dataset.sensor.body
+    if body.reads_radius and body.n_elements + bool(np.isfinite(dataset.touches.load).any()) < 3:
+        raise InputError(
+            "a report of a finger needs three readings of a touch for radius, location and load: more elements, or "
+            "measured loads"
+        )
 
 
 def _require_baselines(dataset: DataSet, diagnosis: bool | Path) -> None:

@@ -13,7 +13,7 @@ from bayestouch.diagnosis.outcome import (
     worse_lines,
 )
 from bayestouch.output.text import listed, number, percent, plural
-from bayestouch.reporting.answer import coverage_verdict, decisive, has_lack_of_fit
+from bayestouch.reporting.answer import below_limit, coverage_verdict, decisive, has_lack_of_fit
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.phrases import verdict_row
 
@@ -36,8 +36,10 @@ def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
         reason = "The touches have no references with which stated intervals could be compared."
         return verdict_row(_FIRST, "Not shown by these data", reason + said)
     grade, words = coverage_verdict(coverage)
-    worst = min(decisive(coverage), key=lambda row: float(row["percent_inside"]["90"]))
-    least = f"least: {percent(worst['percent_inside']['90'])} %, {plural(worst['touches'], 'touch')}"
+    worst = min(decisive(coverage), key=below_limit)
+    lowest = min(float(row["percent_inside"]["90"]) for row in decisive(coverage))
+    which = "least" if worst["percent_inside"]["90"] == lowest else "for its number of touches the worst"
+    least = f"{which}: {percent(worst['percent_inside']['90'])} %, {plural(worst['touches'], 'touch')}"
     reason = f"Stated 90 % intervals hold the reference {words} ({least})."
     if grade == "unknown":
         reason = f"{percent(worst['percent_inside']['90'])} % of the stated 90 % intervals hold the reference; {words}."

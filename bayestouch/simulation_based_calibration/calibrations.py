@@ -82,7 +82,7 @@ class CalibrationDesign:
         effects: Sequence[str] = (),
     ) -> CalibrationDesign:
         """Return the design for a data set; priors that are not stated follow from its sensor and readings."""
-        finger, table = finger_of(dataset.sensor, "simulation-based calibration"), dataset.calibration
+        finger, table = finger_of(dataset.sensor, "simulation-based calibration without `kernel`"), dataset.calibration
         if table is None:
             raise InputError("simulation-based calibration needs a data set with calibration touches")
         touches = known_touches(table)

@@ -83,7 +83,7 @@ def test_the_prior_that_decides_is_told_from_the_touches_that_decide() -> None:
 @pytest.mark.parametrize("n", [45, 54, 599])
 def test_as_many_readings_inside_as_a_limit_are_not_unlikely(monkeypatch: pytest.MonkeyPatch, n: int) -> None:
     """Numbers are compared: as percentages the two may differ by rounding."""
-    fewest, most = binom(n, 0.9).ppf([0.01, 0.99]).astype(int)
+    fewest, most = binom(n, 0.9).ppf([0.00125, 0.99875]).astype(int)
     ranks = np.zeros((n, 4))
     for column, inside in enumerate((fewest, fewest - 1, most, min(most + 1, n))):
         ranks[:inside, column] = 0.5

@@ -141,6 +141,18 @@ def test_a_parameter_with_few_touches_does_not_hide_the_others() -> None:
     assert _trusted(found)["short"] == "Too few touches to say"
 
 
+def test_the_parameter_that_decides_is_named() -> None:
+    """80 % of 12 touches may be chance; 83 % of 1,000 are not, though they are more."""
+    found = numbers(None, lack_of_fit=1.0)
+    found["trust"]["coverage"] = rows(R=(80.0, 12), theta_c=(83.0, 1000))
+    row = _trusted(found)
+    assert (
+        row["short"] == "Not as stated" and "for its number of touches the worst: 83 %, 1000 touches" in row["reason"]
+    )
+    found["trust"]["coverage"] = rows(R=(80.0, 12))
+    assert _trusted(found)["short"] == "Yes"
+
+
 def test_few_touches_are_a_sentence_too() -> None:
     few = numbers(None, lack_of_fit=1.0)
     few["trust"]["coverage"][0] |= {"touches": 5, "percent_inside": {"90": 80.0}}

@@ -88,6 +88,7 @@ def radius_limits(rows: list[dict[str, Any]]) -> dict[str, Any]:
             limit = row["r_c_mm"]
         limits[f"{key}_r_c_mm"] = limit
         limits[f"{key}_tried"] = tried
+        limits[f"{key}_some"] = tried and any(row[f"{key}_percent"] >= DISTINGUISHED for row in tips)
     return limits
 
 

@@ -66,14 +66,16 @@ def _radius(estimates: dict[str, Any], radius: dict[str, Any], key: list[dict[st
 def _limits(limits: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
     share = percent(limits["distinguished_percent"])
     parts = []
-    for end, name, direction in (
-        ("told_from_edge", "knife edge", "and blunter"),
-        ("told_from_flat", "flat", "and sharper"),
+    for end, name, direction, last in (
+        ("told_from_edge", "knife edge", "and blunter", "bluntest"),
+        ("told_from_flat", "flat", "and sharper", "sharpest"),
     ):
         if not limits[f"{end}_tried"]:
             continue
         radius = limits[f"{end}_r_c_mm"]
-        if radius is None:
+        if radius is None and limits[f"{end}_some"]:
+            parts.append(f"the {last} tip that was tried is not distinguished from a {name}, though others are")
+        elif radius is None:
             parts.append(f"no tip that was tried is distinguished from a {name}")
         else:
             parts.append(f"tips of r_c = {radius:.4g} mm {direction} are distinguished from a {name}")

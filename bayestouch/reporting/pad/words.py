@@ -20,7 +20,7 @@ def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str
             "The touches have no reference location, so errors cannot be given; by its own account the sensor knows "
             f"the location of a typical touch to {number(sd, 2)} mm (posterior standard deviation)."
         ]
-        return text, key
+        return [*text, *_load(estimates, key)], key
     where = "inside the array" if "inside the array" in rows else "all"
     best = rows[where]["distance"]
     spacing = estimates["spacing_mm"]
@@ -44,10 +44,12 @@ def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str
     several = rows["all"]["several_modes_percent"]
     if several >= 0.05:
         text.append(f"At {percent(several)} % of touches the posterior itself names more than one separate place.")
-    load = estimates["load"]
-    if load["n"]:
-        text += load_error(load, key)
-    return text, key
+    return [*text, *_load(estimates, key)], key
+
+
+def _load(estimates: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
+    """Sentence on the error of the load, if loads were measured, and its key number."""
+    return load_error(estimates["load"], key) if estimates["load"]["n"] else []
 
 
 def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:

@@ -28,6 +28,8 @@ def test_radius_limits_hold_for_every_tip_beyond() -> None:
     assert limits([100.0, 90.0, 100.0], [100.0, 90.0, 100.0])["told_from_flat_r_c_mm"] == 1.0
     nothing = limits([100.0, 100.0, 94.0], [0.0, 0.0, 0.0])
     assert nothing["told_from_edge_r_c_mm"] is None and nothing["told_from_edge_tried"]
+    # What is said of a limit that there is not: whether any tip reaches it.
+    assert nothing["told_from_edge_some"] and not nothing["told_from_flat_some"]
     assert not limits([None] * 3, [None] * 3)["told_from_flat_tried"]
 
 

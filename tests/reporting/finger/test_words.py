@@ -12,6 +12,8 @@ LIMITS = {
     "told_from_edge_r_c_mm": 3.18,
     "told_from_flat_tried": True,
     "told_from_flat_r_c_mm": 12.7,
+    "told_from_edge_some": False,
+    "told_from_flat_some": True,
 }
 NONE = {"n": 0, "bias": None, "sd": None, "rms": None}
 LOAD = {"n": 5, "rms": 1.234, "rms_percent": 12.4, "unit": "N/m"}
@@ -79,6 +81,11 @@ def test_limits_that_were_not_tried_or_not_met() -> None:
     said, key = errors_and_limits(numbers(estimates=estimates))
     assert said[-2].endswith("is read to 0.35 mm rms.")
     assert said[-1] == "At 95 % of touches no tip that was tried is distinguished from a knife edge." and len(key) == 4
+    estimates["radius_limits"]["told_from_edge_some"] = True
+    said, _ = errors_and_limits(numbers(estimates=estimates))
+    assert said[-1] == (
+        "At 95 % of touches the bluntest tip that was tried is not distinguished from a knife edge, though others are."
+    )
     estimates["radius_limits"] = LIMITS | {"told_from_edge_tried": False, "told_from_flat_tried": False}
     said, _ = errors_and_limits(numbers(estimates=estimates))
     assert said[-1].startswith("There are no knife edges or flats beside round tips")
