@@ -179,7 +179,8 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
     assert isinstance(model, PadModel)
     listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
     values = {each.effect.name: each.values for each in added}
-    effects = PadEffects(listed, values, model.peak, model.chain(fitted.vector).offset, model.element_place)
+    zero = model.chain(fitted.vector).offset
+    effects = PadEffects(listed, values, model.peak, zero, model.element_place, sd=noise.sd)
     first = np.cumsum([model.n_base, *(len(effect.parameters) for effect in model.effects)])
     rows_of = {e.name: np.arange(a, b) for e, a, b in zip(model.effects, first[:-1], first[1:], strict=True)}
     rows = [rows_of[effect.name] for effect in effects.corrected_for]

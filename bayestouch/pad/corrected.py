@@ -21,6 +21,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
+from bayestouch.model.outliers import without_wrong
 from bayestouch.model.timing import Timing
 from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
@@ -59,6 +60,8 @@ class PadEffects:
         Lower Cholesky factor of the covariance of the values of the effects `corrected_for`, in this order, in the
         coordinates of fits (`EffectParameter.to_unconstrained`); (0, 0) if the values count as exact. Each column is an
         independent cause of errors of the values.
+    sd : (m,) array, optional
+        Noise of one reading; with it, readings that are wrong by an effect of the noise are left out.
     """
 
     listed: EffectList
@@ -67,6 +70,7 @@ class PadEffects:
     zero: FloatArray
     element_place: tuple[FloatArray, ...]
     root: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    sd: FloatArray | None = None
 
     @property
     def reference_load(self) -> float:
@@ -123,6 +127,8 @@ class PadEffects:
     def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
         """The table with signals (plus the zeros of the elements) instead of readings, and with acting loads.
 
+        Readings that are probably wrong by an effect of the noise are missing in it.
+
         Parameters
         ----------
         touches : Touches
@@ -144,12 +150,22 @@ class PadEffects:
         readings = touches.readings.copy()
         missing = np.isnan(readings[rows])
         read = np.where(missing, 0.0, readings[rows] - self.zero)
-        start = read if near is None else np.where(missing, 0.0, near.readings[rows] - self.zero)
+        start = read
+        if near is not None:
+            start = np.where(np.isnan(near.readings[rows]), read, near.readings[rows] - self.zero)
         signal = self._signal_behind(recording, read, start, STEPS if near is None else STEPS_NEAR)
         readings[rows] = np.where(missing, np.nan, signal + self.zero)
         load = touches.load.copy()
         load[rows] = self.acting(load[rows])
-        return touches.with_(readings=readings, load=load, readings_sd=None)
+        return self._without_wrong(touches.with_(readings=readings, load=load, readings_sd=None))
+
+    def _without_wrong(self, corrected: Touches) -> Touches:
+        if self.sd is None:
+            return corrected
+        for effect in self.listed.of_noise:
+            even = np.ones(corrected.readings.shape)
+            corrected = without_wrong(corrected, effect, self.values[effect.name], self.sd, self.peak, even)
+        return corrected
 
     def corrected_sample(
         self, readings: FloatArray, load: float, time_s: float, held_s: float, history: History | None
@@ -294,6 +310,7 @@ class PadEffects:
             zero=np.asarray(calibration.extra[EFFECT_ZERO]),
             element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
             root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
+            sd=calibration.noise.tactile_sd,
         )
 
 

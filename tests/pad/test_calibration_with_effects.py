@@ -12,6 +12,7 @@ from pad_simulation import line
 
 import bayestouch
 from bayestouch.data.touches import touches_from
+from bayestouch.effects.stated import StatedModel
 from bayestouch.pad.calibration_with_effects import _notes
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.reading.reader import PadReader
@@ -49,3 +50,20 @@ def test_noise_of_the_force_sensor_is_one_of_the_load_as_read() -> None:
         up, down = effects.acting(np.array([read + step, read - step]))
         acting, slope = effects.acting(np.array([read])), (up - down) / (2 * step)
         assert reader.measured_load_sd(acting, np.ones(1)) == pytest.approx(0.02 * slope, rel=0.02)
+
+
+def test_wrong_readings_are_left_out_of_the_calibration_and_of_touches() -> None:
+    """Two readings in a hundred are wrong: with the effect, noise and errors are those of a pad without them."""
+    design = bayestouch.PadDesign(
+        element_x_mm=(0.0, 6.0, 12.0), element_y_mm=None, samples_per_touch=5, calibration_step_mm=0.75, n_touches=60
+    )
+    noise, error = {}, {}
+    for name, effects in (("clean", {}), ("wrong", {"outliers": 0.02})):
+        data = bayestouch.simulate(design, effects=effects, seed=3).dataset
+        model = StatedModel("pad", "", (("outliers", {}),)) if effects else None
+        made = bayestouch.calibrate(data, kernel="layer", e_map="model", model=model, draws=100)
+        read = bayestouch.infer(data.touches, made, draws=256)
+        noise[name] = made.noise.tactile_sd
+        error[name] = np.sqrt(np.mean((read.mean("x") - read.reference["x"]) ** 2))
+    np.testing.assert_allclose(noise["wrong"], noise["clean"], rtol=0.03)
+    assert error["wrong"] < 1.1 * error["clean"]
