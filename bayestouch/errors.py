@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from numbers import Integral
 from pathlib import Path
 
 #: Longest list of names that a message shows beside its suggestion, so that it stays one line on a screen.
@@ -118,6 +119,19 @@ def misspelt(name: str, unknown: Iterable[str]) -> str:
     """Return a question with the unknown name most similar to a missing one, for a message; empty if none is."""
     found = get_close_matches(name, list(unknown), n=1)
     return f"; is it {found[0]}?" if found else ""
+
+
+def require_whole(name: str, value: object, least: int) -> None:
+    """Raise an error unless an option is a whole number, `least` or more.
+
+    Raises
+    ------
+    InputError
+        It is another value; the message names the option.
+    """
+    # `Integral` has the integers of numpy, too; True is one of Python's.
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+        raise InputError(f"{name}: expected a whole number, at least {least}, got {shown(value)}")
 
 
 def not_a(expected: str, value: object, how: str) -> InputError:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet, require_dataset
 from bayestouch.data.splits import with_calibration
-from bayestouch.errors import InputError, about
+from bayestouch.errors import InputError, about, require_whole
 from bayestouch.model.body import body_of
 from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
@@ -117,8 +117,8 @@ def calibrate(
     >>> calibration.posterior["sigma"].shape  # draws of Poisson's ratio: chains, draws
     (4, 50)
     """
-    if draws < 8:
-        raise InputError(f"draws: expected at least 8, got {draws}")
+    require_whole("draws", draws, 8)
+    require_whole("seed", seed, 0)
     require_dataset(dataset)
     body = body_of(dataset.sensor)
     if discrepancy == "none" and "discrepancy_sd" in (priors or {}):

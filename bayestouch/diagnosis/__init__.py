@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bayestouch.errors import InputError, about
+from bayestouch.errors import about, require_whole
 from bayestouch.output.progress import Progress
 
 if TYPE_CHECKING:
@@ -79,8 +79,8 @@ def diagnose(
     from bayestouch.diagnosis.result import Diagnosis
     from bayestouch.model.body import body_of
 
-    if draws < 8:
-        raise InputError(f"draws: expected at least 8, got {draws}")
+    require_whole("draws", draws, 8)
+    require_whole("seed", seed, 0)
     require_dataset(dataset)
     body = body_of(dataset.sensor)
     options = {**body.own({"contact": contact, "kernel": kernel}), "draws": draws, "sample": sample, "seed": seed}

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bayestouch.data.touch_source import TouchSource
-from bayestouch.errors import InputError, nearest, shown
+from bayestouch.errors import InputError, nearest, require_whole, shown
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import chosen_groups
@@ -68,10 +68,8 @@ class Options:
         if self.method not in METHODS:
             question = nearest(str(self.method), METHODS)
             raise InputError(f"method: expected {' or '.join(METHODS)}, got {self.method!r}{question}")
-        if draws < 64:
-            raise InputError(f"draws: expected at least 64, got {draws}")
-        if self.seed < 0:
-            raise InputError(f"seed: expected 0 or more, got {self.seed}")
+        require_whole("draws", draws, 64)
+        require_whole("seed", self.seed, 0)
         if not 1 <= thin <= draws // 16:
             raise InputError(f"thin: expected 1 to {draws // 16}, a sixteenth of the draws, got {thin}")
         chosen_groups(self.groups)

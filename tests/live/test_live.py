@@ -87,6 +87,20 @@ def test_a_surface_of_its_own_at_any_load() -> None:
     assert (mean < MEAN).all() and (sd < SD).all()
 
 
+def test_a_touch_that_no_known_tip_makes_is_a_misfit() -> None:
+    """Round tips read as a knife edge or a flat do not fit; the edges and flats of the calibration do."""
+    data, one = sensor("finger")
+    assert data.calibration is not None
+    reader = Reader(one, indenter=bayestouch.KnownTips((0.0, np.inf)))
+    assert data.calibration.angle_deg is not None
+    near = data.calibration.select(np.abs(data.calibration.angle_deg) < 30)
+    ends, round_tips = streamed(reader, near), streamed(reader, data.touches)
+    assert 0.3 < np.median([each.misfit for each in ends]) < 0.7
+    blunt = (radius := data.touches.averaged().indenter_radius_mm) > 3
+    poor = [each for each, some in zip(round_tips, blunt & (radius < 13), strict=True) if some]
+    assert max(each.misfit for each in poor) < 1e-6 and all(each.flags for each in poor)
+
+
 @pytest.mark.slow
 def test_a_drift_is_that_of_the_touches_before() -> None:
     """`infer` uses all other touches of the table; for the last touch these are the ones before it."""

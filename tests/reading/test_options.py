@@ -15,5 +15,5 @@ def test_a_seed_below_zero_is_refused() -> None:
     table: Any = SimpleNamespace(n_elements=4)
     calibration: Any = SimpleNamespace(sensor=table)
     Options(seed=0).check(table, calibration)
-    with pytest.raises(InputError, match="seed: expected 0 or more, got -1"):
+    with pytest.raises(InputError, match="seed: expected a whole number, at least 0, got -1"):
         Options(seed=-1).check(table, calibration)

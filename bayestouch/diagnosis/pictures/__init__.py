@@ -27,7 +27,8 @@ def _each(traced: Traced) -> Iterator[Picture]:
     before, after = traced.before.held_out, traced.after.held_out
     if before is not None and after is not None:
         yield view_picture(before, after)
-        yield pair_picture(before, after)
+        if before.present.any(axis=0).sum() > 1:
+            yield pair_picture(before, after)
     yield search_picture(traced)
     if before is None or after is None or "R" not in before.reference:
         return

@@ -142,7 +142,11 @@ class Alternatives:
         quantiles = np.empty((3, 3))
         quantiles[0] = self._radius_quantiles(one, grid, nodes.log_mass)
         quantiles[1:] = mixture_quantiles(mass, parts[1:], np.sqrt(nodes.covariance[::2]) * _UNIT, LEVELS)
-        misfit = float(chdtrc(degrees, -2 * found.log_likelihood)) if degrees > 0 else np.nan
+        chi_square = -2 * found.log_likelihood
+        if grid is None:
+            # The mode may be at a radius that no tip has.
+            chi_square, degrees = _of_best_tip(one, nodes), degrees + 1
+        misfit = float(chdtrc(degrees, chi_square)) if degrees > 0 else np.nan
         if misfit < IMPROBABLE:
             flags = [*flags, MISFIT]
         if abs(float(nodes.log_rise @ mass)) > BENT:
@@ -213,6 +217,14 @@ class Alternatives:
         own = np.interp(places, radius, below)
         sums = own[order] + np.cumsum(np.concatenate([np.zeros(len(radius)), rise])[order])
         return np.asarray(np.interp(LEVELS * sums[-1], sums, places[order]))
+
+
+def _of_best_tip(one: OneTouch, nodes: Nodes) -> float:
+    """Sum of squared residuals of readings and load at the most probable tip."""
+    best = slice(k := int(nodes.log_mass.argmax()), k + 1)
+    rest = one.residual(nodes.radius[best], nodes.mean[0, best], nodes.mean[1, best]).astype(np.float64)
+    miss = (float(nodes.mean[1, k]) - one.load) / one.load_sd if one.load == one.load else 0.0
+    return float((rest**2).sum()) + miss**2
 
 
 def _share(log_mass: FloatArray, first: int) -> float:
