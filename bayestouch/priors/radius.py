@@ -121,17 +121,21 @@ class RadiusOfTips:
         Density of R in mm for an indenter that is none of the tips.
     outer_radius_mm : float
         ``r_b``.
+    edge_radius_mm : float
+        Radius of the knife edges, for a calibration that found them blunt.
     """
 
     indenter_radius_mm: tuple[float, ...]
     weights: tuple[float, ...]
     density: Prior | None
     outer_radius_mm: float
+    edge_radius_mm: float = 0.0
 
     @property
     def radius_mm(self) -> FloatArray:
         """Composite radius R of each tip in mm."""
         radius = np.asarray(self.indenter_radius_mm, dtype=float)
+        radius = np.where(radius == 0, self.edge_radius_mm, radius)
         with np.errstate(divide="ignore"):
             composite = 1 / (1 / self.outer_radius_mm + 1 / radius)
         # The inverse of an inverse is not always the same number, and r_c of a flat must be infinite again.

@@ -14,6 +14,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
+from bayestouch.effects.contact import BluntEdge
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.place.chain import FingerWithPlaces
@@ -92,7 +93,7 @@ class FingerTouchReader:
         typical = float(calibration.settings["typical_load"])
         effects_chain = ChainWithEffects.of(calibration) if calibration.has_effects else None
         chain, table, covariance = _model(calibration, typical, effects_chain)
-        priors = IndenterPriors.of(chain, typical, options.indenter)
+        priors = _with_blunt_edges(IndenterPriors.of(chain, typical, options.indenter), effects_chain)
         noise = calibration.noise
         sampler = FingerSampler(
             chain, priors, table, noise, None if options.plug_in else covariance, bool(options.groups)
@@ -232,6 +233,14 @@ class FingerTouchReader:
         if readings.context is None:
             return predicted
         return np.asarray(readings.context.readings(predicted, radius, angle, load, np.arange(len(load))))
+
+
+def _with_blunt_edges(priors: IndenterPriors, effects_chain: ChainWithEffects | None) -> IndenterPriors:
+    """The priors with the radius of knife edges that the calibration found, for a known tip with r_c = 0."""
+    values = {} if effects_chain is None else effects_chain.values
+    if BluntEdge.name not in values or not isinstance(priors.radius, RadiusOfTips):
+        return priors
+    return replace(priors, radius=replace(priors.radius, edge_radius_mm=values[BluntEdge.name][0]))
 
 
 def _model(

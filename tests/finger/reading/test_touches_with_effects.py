@@ -238,3 +238,12 @@ def test_readings_that_saturate_are_found_where_they_are() -> None:
     )
     found = bayestouch.infer(table, one, **READ)
     assert np.abs(found.mean("theta_c") - np.degrees(angle)).max() < 1.5
+
+
+def test_a_known_knife_edge_is_as_blunt_as_it_was_calibrated() -> None:
+    """Edges of 1 mm: as a sharp edge they were a round tip of 2 mm more often than an edge."""
+    data, one = sensor("finger", (("blunt_edge", 1.0),), ("blunt_edge",))
+    assert data.calibration is not None and data.calibration.angle_deg is not None
+    edge = (data.calibration.indenter_radius_mm == 0) & (np.abs(data.calibration.angle_deg) < 30)
+    read = bayestouch.infer(data.calibration.select(edge), one, indenter=bayestouch.KnownTips((0.0, 2.0)), **READ)
+    assert read.tips is not None and read.tips.probability.mean(axis=0)[0] > 0.7
