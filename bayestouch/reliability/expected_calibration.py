@@ -76,7 +76,7 @@ def expected_finger(
         contact=design.contact,
     )
     errors = ElasticErrors(chain, _covariance(design, built, chain, noise, typical)) if calibrated else None
-    return KnownFinger(chain=chain, noise=noise, errors=errors, typical_load=typical)
+    return KnownFinger(chain, noise, errors, typical, chain.largest_load)
 
 
 def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:

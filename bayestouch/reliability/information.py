@@ -87,7 +87,8 @@ class RadiusScale(Summarised):
         known.check_unknowns(use_load)
         where = np.atleast_1d(np.asarray(angle, dtype=float))
         radius = np.linspace(0.0, known.outer_radius_mm, RADIUS_KNOTS)
-        touches = TouchPlaces.grid(radius, where, known.typical_load if load is None else load)
+        push = known.typical_load if load is None else load
+        touches = TouchPlaces.grid(radius, where, push, known.largest_load)
         information = touch_information(known, touches, samples=samples, use_load=use_load)
         variance = np.linalg.inv(information)[:, 0, 0].reshape(len(radius), len(where)).T
         speed = 1 / np.sqrt(variance)

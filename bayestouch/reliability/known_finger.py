@@ -45,16 +45,17 @@ class TouchPlaces(Summarised):
     load: FloatArray
 
     @classmethod
-    def grid(cls, radius_mm: FloatArray, angle: FloatArray, load: float) -> TouchPlaces:
+    def grid(cls, radius_mm: FloatArray, angle: FloatArray, load: float, largest: float = np.inf) -> TouchPlaces:
         """Touches with every radius at every location and one load, ordered by radius.
 
         Raises
         ------
         InputError
-            If the load is not above zero and finite.
+            If the load is not above zero and finite, or above the `largest` one.
         """
-        if not 0 < load < np.inf:
-            raise InputError(f"load: expected above zero, in N/m, got {load:g}")
+        if not (0 < load < np.inf and load <= largest):
+            most = f", at most {largest:g}," if np.isfinite(largest) else ","
+            raise InputError(f"load: expected above zero{most} in N/m, got {load:g}")
         r, a = (g.ravel() for g in np.meshgrid(radius_mm, angle, indexing="ij"))
         return cls(r, a, np.full(len(r), float(load)))
 
@@ -200,12 +201,15 @@ class KnownFinger(Summarised):
         Uncertainty of the calibration; None if it is exact.
     typical_load : float
         Typical load of a touch, N/m.
+    largest_load : float
+        Largest load for which the contact is tabulated, N/m.
     """
 
     chain: CalibratedFinger
     noise: Noise
     errors: CalibrationErrors | None
     typical_load: float
+    largest_load: float = np.inf
 
     @classmethod
     def of(cls, calibration: Calibration) -> KnownFinger:
@@ -223,15 +227,15 @@ class KnownFinger(Summarised):
                 "to touch; bayestouch.next_touches plans touches with such a calibration"
             )
         elastic = finger_chain(calibration)
-        typical = float(calibration.settings["typical_load"])
+        loads = float(calibration.settings["typical_load"]), float(calibration.settings.get("largest_load", np.inf))
         if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
-            return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), typical)
+            return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), *loads)
         places = PlacePosterior.from_arrays(calibration.extra)
         if places is not None:
             finger = FingerWithPlaces(elastic, places)
-            return cls(finger, calibration.noise, PlaceErrors(finger), typical)
-        return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), typical)
+            return cls(finger, calibration.noise, PlaceErrors(finger), *loads)
+        return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), *loads)
 
     @property
     def n_elements(self) -> int:

@@ -220,4 +220,4 @@ def _grid(
     where = np.atleast_1d(np.asarray(angle_deg, dtype=float))
     composite = np.asarray(composite_radius(radii, known.outer_radius_mm))
     push = known.typical_load if load is None else load
-    return radii, where, TouchPlaces.grid(composite, np.radians(where), push)
+    return radii, where, TouchPlaces.grid(composite, np.radians(where), push, known.largest_load)

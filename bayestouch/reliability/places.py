@@ -60,7 +60,8 @@ def place_bias(
     radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
     where = np.atleast_1d(np.asarray(angle_deg, dtype=float))
     push = known.typical_load if load is None else load
-    touches = TouchPlaces.grid(np.asarray(composite_radius(radii, known.outer_radius_mm)), np.radians(where), push)
+    composite = np.asarray(composite_radius(radii, known.outer_radius_mm))
+    touches = TouchPlaces.grid(composite, np.radians(where), push, known.largest_load)
     estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
     angle, left = _residuals(known if better is None else better, calibrating)
     asked = nearest_turn(np.degrees(touches.angle), _middle(known))

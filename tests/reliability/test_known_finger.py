@@ -116,3 +116,10 @@ def test_impossible_touches_are_refused(options: dict[str, float], words: str) -
         sweet_spots(known, [3.9], [0.0], **options)  # type: ignore[arg-type]
     with pytest.raises(bayestouch.InputError, match="one number at least"):
         averaging_effort(known, [0.0], [])
+
+
+def test_a_load_beyond_the_contact_table_is_refused() -> None:
+    known = expected_finger(bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0))
+    most = f"load: expected above zero, at most {known.largest_load:g}, in N/m, got 2000"
+    with pytest.raises(bayestouch.InputError, match=most):
+        sweet_spots(known, [0.0, 3.9], [0.0], load=2000.0)
