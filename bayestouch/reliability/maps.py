@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
+from bayestouch.errors import unknown_name
 from bayestouch.output.summary import Summarised, span
 from bayestouch.output.text import number, plural
 from bayestouch.reliability.information import RadiusScale
@@ -56,6 +57,8 @@ class SweetSpots(Summarised):
 
     def sd(self, name: str) -> FloatArray:
         """Standard deviation of an estimate from noise, calibration and lack of fit, without truncation, (k, n)."""
+        if name not in NAMES:
+            raise unknown_name("estimate", name, NAMES)
         return np.asarray(np.hypot(self.noise_sd[name], self.bias_rms[name]))
 
     @property

@@ -165,6 +165,8 @@ def smallest_radius(finger: Annulus, noise: float, *, span_deg: float = 360.0) -
     if error.max() < NOISE_FACTOR * noise:
         return float(np.inf)
     first = int(np.argmax(error >= NOISE_FACTOR * noise))
+    if first == 0:
+        return 0.0
     share = (NOISE_FACTOR * noise - error[first - 1]) / (error[first] - error[first - 1])
     at = composite[first - 1] + share * (composite[first] - composite[first - 1])
     return float(1 / (1 / at - 1 / outer)) if at < outer else float(np.inf)

@@ -123,3 +123,9 @@ def test_a_load_beyond_the_contact_table_is_refused() -> None:
     most = f"load: expected above zero, at most {known.largest_load:g}, in N/m, got 2000"
     with pytest.raises(bayestouch.InputError, match=most):
         sweet_spots(known, [0.0, 3.9], [0.0], load=2000.0)
+
+
+def test_an_estimate_that_there_is_not_is_refused() -> None:
+    known = expected_finger(bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0))
+    with pytest.raises(bayestouch.InputError, match="unknown estimate 'r'; known are R, theta_c, P"):
+        averaging_effort(known, [0.0], (1, 2), name="r")
