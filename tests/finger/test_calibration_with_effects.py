@@ -14,7 +14,7 @@ from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.calibration_with_effects import fit_statistics, touch_rows
 
 
-def test_readings_that_are_missing_count_as_none() -> None:
+def test_readings_that_are_missing_count_as_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing was read where the mean reading is missing, and its standard deviation has no end."""
     readings, one = np.array([[1.0, np.nan], [3.0, 4.0]]), np.zeros(2)
     means = SimpleNamespace(readings=readings, counts=np.array([[5, 5], [2, 4]]), touch=np.arange(2))
@@ -22,6 +22,8 @@ def test_readings_that_are_missing_count_as_none() -> None:
     model = SimpleNamespace(
         known=SimpleNamespace(means=means), predict=lambda vector: SimpleNamespace(touches=np.zeros((2, 2)))
     )
+    finger = SimpleNamespace(finger=SimpleNamespace(near=lambda angle: angle))
+    monkeypatch.setattr("bayestouch.finger.calibration_with_effects.finger_model", lambda model: finger)
     fitted: Any = SimpleNamespace(model=model, vector=one, drifted=0.0)
     rows = touch_rows(fitted, Noise(np.array([2.0, 2.0]), one, 0.0, 0.0))
     np.testing.assert_array_equal(rows.counts, [[5, 0], [2, 4]])

@@ -59,7 +59,7 @@ QUOTED = {
     ],
     "diagnosis.md": [
         f"If fewer than {parted.ENOUGH_READ} touches of `touches.csv` have references, every fourth calibration touch",
-        f"With fewer than {parted.ENOUGH_CALIBRATION} touches nothing is held out",
+        f"Where these are fewer than {parted.ENOUGH_CALIBRATION} ",
         f"$1 - (1 - p)^M < {one_round.CHANCE:g}$ (Šidák)",
         f"The {WORDS[one_round.LEADING]} best are added to the model one at a time",
         f"less than {1e4 * comparison.ROUGHLY:g}·10⁻⁴ of what there is to explain",
