@@ -83,17 +83,17 @@ def read_by_regression(
     grid = np.column_stack([np.repeat(places, count, axis=0), np.tile(loads, len(places))])
     mean, sd = (each.reshape(len(places), count, -1) for each in regression(grid))
     force_sd = FORCE_NOISE * float(known.load.mean()) if force_sd is None else force_sd
-    # Scatter about the regression has the error of the known loads: what is added is the error beyond it.
-    own, usual = (1 / _reads(each) for each in (held, known))
-    further = force_sd * np.sqrt(np.maximum(own - np.median(usual), 0.0))
+    reads = np.ones(len(held.load)) if held.reads_of_load is None else held.reads_of_load
     by_element = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (mean, sd, np.log(sd))]
     of_places, of_loads = [], []
-    for reading, load, error in zip(held.readings, held.load, further, strict=True):
+    for reading, load, error in zip(held.readings, held.load, force_sd / np.sqrt(reads), strict=True):
         # Far below the step of the grid: the load as it was read, its noise as that of readings.
         at = np.clip(np.interp(load, loads, np.arange(count)), 0, count - 1.001)
         low, share = int(at), at - int(at)
         here, spread = ((1 - share) * each[:, low] + share * each[:, low + 1] for each in (mean, sd))
         slope = (mean[:, low + 1] - mean[:, low]) / (loads[1] - loads[0])
+        # The scatter about the regression has an error of the load, too. It is the same in all elements, and the
+        # likelihood takes them as independent: without this term, measured touches are covered too seldom.
         of_places.append(_log_likelihood(reading[None], here, np.hypot(spread, slope * error))[0])
         of_loads.append(_at_any_place(reading, *by_element))
     weight, weight_of_load = _weights(np.array(of_places)), _weights(np.array(of_loads))
@@ -104,11 +104,6 @@ def read_by_regression(
     interval = np.array([np.interp([tail, 1 - tail], each, loads) for each in below])
     of_location = _of_location(weight, places, axes, held.location)
     return RegressionPosteriors(residual, *of_location, load_mean, load_sd, interval)
-
-
-def _reads(touches: RegressionTouches) -> FloatArray:
-    """Number of raw reads of each mean load, (t,)."""
-    return np.ones(len(touches.location)) if touches.reads_of_load is None else touches.reads_of_load
 
 
 def _axis(values: FloatArray, count: int) -> FloatArray:
