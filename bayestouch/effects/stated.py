@@ -95,6 +95,9 @@ def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
         raise unknown_name("effect", name, known, column="effect.name")
     if unknown := sorted(set(table) - {"name", "stage", "start"}):
         raise InputError("not known here; expected name, stage and start", column=f"effect.{unknown[0]}")
+    if (stage := table.get("stage", known[name].stage)) != known[name].stage:
+        expected = f'expected "{known[name].stage}", the stage of {name}'
+        raise InputError(f"{expected}, got {shown(stage)}", column="effect.stage")
     start = table.get("start", {})
     numbers = isinstance(start, dict) and all(
         isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST

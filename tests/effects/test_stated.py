@@ -24,6 +24,7 @@ def test_effects_with_their_starts() -> None:
     [
         (ONE + ONE, "effect.name", "crosstalk is there more than once"),
         (ONE.replace("start", "starts"), "effect.starts", "expected name, stage and start"),
+        (ONE.replace('"element"', '"readout"'), "effect.stage", 'expected "element", the stage of crosstalk'),
         (ONE + "share = 0.2", "effect.share", "expected name, stage and start"),
     ],
 )
