@@ -7,15 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from bayestouch.checking.order import SCAN, in_scan_order
-from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.touches import Touches
 from bayestouch.model.body import body_of
-
-
-def baseline_corrected_means(touches: Touches) -> TouchMeans:
-    """Return the means of the touches with the no-contact readings subtracted."""
-    return touches.baseline_corrected().averaged()
 
 
 def lacking(dataset: DataSet) -> Iterator[str]:
@@ -23,7 +16,7 @@ def lacking(dataset: DataSet) -> Iterator[str]:
     if dataset.calibration is None:
         yield "no calibration table: touches.csv is split by location, and one half is used for calibration"
     fitted = dataset.touches if dataset.calibration is None else dataset.calibration
-    known = baseline_corrected_means(fitted)
+    known = fitted.baseline_corrected().averaged()
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if in_scan_order(known):
         yield SCAN

@@ -38,7 +38,12 @@ def from_prediction(touches: Touches, samples: FloatArray | None) -> FloatArray:
 
 
 def without_wrong(
-    touches: Touches, effect: NoiseEffect, values: Values, sd: FloatArray, peak: FloatArray, growth: FloatArray
+    touches: Touches,
+    effect: NoiseEffect,
+    values: Values,
+    sd: FloatArray,
+    peak: FloatArray,
+    growth: FloatArray | float = 1.0,
 ) -> Touches:
     """The table without the readings that are probably wrong by a noise effect, see `NoiseEffect.wrong`.
 

@@ -24,6 +24,7 @@ NOTHING_KNOWN = (
     "no touch that presses has a known indenter, location and reading, so that there is nothing to fit: give "
     "indenter_radius_mm (on a finger) and the location for some touches at least"
 )
+WITHOUT_LOAD = "calibration touches without a load above zero are left out"
 # Number of blocks of consecutive touches into which a scan is split.
 BLOCKS = 40
 
@@ -298,7 +299,7 @@ def _with_load(dataset: DataSet, table: Touches, rows: BoolArray) -> tuple[BoolA
     lacking = np.unique(group[rows & ~measured[group]])
     if not (body_of(dataset.sensor).needs_load and measured.any() and len(lacking)):
         return rows, ()
-    return rows & measured[group], (f"{len(lacking)} calibration touches without a load above zero are left out",)
+    return rows & measured[group], (f"{len(lacking)} {WITHOUT_LOAD}",)
 
 
 def _known(table: Touches, references: tuple[str, ...]) -> BoolArray:

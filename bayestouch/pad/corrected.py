@@ -8,7 +8,7 @@ The *acting load* is the load after all effects on it; the *true load* is the on
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -163,8 +163,7 @@ class PadEffects:
         if self.sd is None:
             return corrected
         for effect in self.listed.of_noise:
-            even = np.ones(corrected.readings.shape)
-            corrected = without_wrong(corrected, effect, self.values[effect.name], self.sd, self.peak, even)
+            corrected = without_wrong(corrected, effect, self.values[effect.name], self.sd, self.peak)
         return corrected
 
     def corrected_sample(
@@ -229,14 +228,11 @@ class PadEffects:
 
     def pressing_slope(self, acting: FloatArray) -> FloatArray:
         """Derivative of `pressing`, any shape; zero for acting loads that no tabulated true load gives."""
-        step = 1e-4 * self.reference_load
-        return np.asarray((self.pressing(acting + step) - self.pressing(acting - step)) / (2 * step))
+        return self._derivative(self.pressing, acting)
 
     def acting_slope(self, pressed: FloatArray) -> FloatArray:
         """Derivative of acting loads over true loads (n,), at least `LEAST_RELATIVE_SLOPE`."""
-        step = 1e-4 * self.reference_load
-        change = self.acting_of_pressed(pressed + step) - self.acting_of_pressed(pressed - step)
-        return np.asarray(np.maximum(change / (2 * step), LEAST_RELATIVE_SLOPE))
+        return np.maximum(self._derivative(self.acting_of_pressed, pressed), LEAST_RELATIVE_SLOPE)
 
     def _posed(self, load: FloatArray, effects: Sequence[tuple[Effect, Values]]) -> FloatArray:
         recording = self._recording(
@@ -263,7 +259,7 @@ class PadEffects:
     @cached_property
     def load_slope(self) -> float:
         """Derivative of the acting load over the load as read, at the reference load."""
-        return float(self._slope(np.array([self.reference_load]))[0])
+        return float(self._derivative(self.acting, np.array([self.reference_load]))[0])
 
     def relative_slope(self, acting: FloatArray) -> FloatArray:
         """Derivative of acting loads (n,) over the load as read, over that at the reference load.
@@ -271,12 +267,13 @@ class PadEffects:
         The noise of the force sensor is one of the load as read. Where the response flattens, the acting load has less
         of it, and elements tell less of the load.
         """
-        slope = self._slope(self.as_read(acting)) / self.load_slope
+        slope = self._derivative(self.acting, self.as_read(acting)) / self.load_slope
         return np.where(np.isnan(acting), np.nan, np.maximum(slope, LEAST_RELATIVE_SLOPE))
 
-    def _slope(self, read: FloatArray) -> FloatArray:
+    def _derivative(self, of: Callable[[FloatArray], FloatArray], load: FloatArray) -> FloatArray:
+        """Derivative of a function of loads, by a central difference."""
         step = 1e-4 * self.reference_load
-        return np.asarray((self.acting(read + step) - self.acting(read - step)) / (2 * step))
+        return np.asarray((of(load + step) - of(load - step)) / (2 * step))
 
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays for the file of a calibration."""

@@ -15,6 +15,7 @@ from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.model.observations import Observations, history_of
+from bayestouch.model.split_data import WITHOUT_LOAD
 from bayestouch.model.timing import Timing
 from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
 from bayestouch.pad.priors import PadPriors, pad_priors
@@ -162,7 +163,7 @@ def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, l
     if not usable.any():
         raise InputError("every measured load is below zero: the gains are not identifiable", column="load_N")
     if not usable.all():
-        notes.append(f"{int((~usable).sum())} calibration touches without a load above zero are left out")
+        notes.append(f"{int((~usable).sum())} {WITHOUT_LOAD}")
     force_sd, assumed = stated_or_assumed_noise(sensor, known.load[usable])
     return known.select(usable), force_sd, [*notes, *assumed]
 

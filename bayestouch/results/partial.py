@@ -114,8 +114,8 @@ def partial_folder(target: Path, fingerprint: str) -> Iterator[Partial]:
             try:
                 yield Partial(folder, target, fingerprint)
             except BaseException:
-                # Nothing was written yet that another run could go on from.
-                if {each.name for each in folder.iterdir()} <= {_LOCK}:
+                # Nothing was written yet that another run could go on from; after `deliver` there is no folder.
+                if folder.is_dir() and {each.name for each in folder.iterdir()} <= {_LOCK}:
                     shutil.rmtree(folder, ignore_errors=True)
                 raise
     except OSError as error:

@@ -61,3 +61,12 @@ def test_a_run_that_wrote_nothing_leaves_nothing(tmp_path: Path, written: bool) 
             run.file.touch()
         raise InputError("no scheduler answers")
     assert run.folder.exists() == written
+
+
+def test_an_error_after_the_file_is_delivered_is_that_error(tmp_path: Path) -> None:
+    """The folder is gone by then; the file stays."""
+    with pytest.raises(InputError, match="later"), partial_folder(tmp_path / "p.nc", "x") as run:
+        run.file.touch()
+        run.deliver()
+        raise InputError("later")
+    assert [file.name for file in tmp_path.iterdir()] == ["p.nc"]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -286,16 +286,23 @@ def timed_signal(effects_chain: ChainWithEffects, observed: Observations) -> Flo
     if np.allclose(once, twice, rtol=1e-9, atol=0):
         return one
     read = np.nan_to_num(observed.means.readings)
-    signal = of_some_size(read, effects_chain.model.peak)
+    scale_and_shift = partial(timed_scale_and_shift, effects_chain, observed, vector)
+    return signal_behind(read, effects_chain.model.peak, scale_and_shift)
+
+
+def signal_behind(
+    read: FloatArray, peak: FloatArray, scale_and_shift: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
+    """Signals of at least `LEAST` peaks (m,) behind readings of any shape (..., m), by their factor and addition."""
+
+    def of_some_size(signal: FloatArray) -> FloatArray:
+        return np.copysign(np.maximum(np.abs(signal), LEAST * peak), signal)
+
+    signal = of_some_size(read)
     for _ in range(SIGNAL_STEPS):
-        scale, shift = timed_scale_and_shift(effects_chain, observed, vector, signal)
-        signal = of_some_size((read - shift) / scale, effects_chain.model.peak)
+        scale, shift = scale_and_shift(signal)
+        signal = of_some_size((read - shift) / scale)
     return signal
-
-
-def of_some_size(signal: FloatArray, peak: FloatArray) -> FloatArray:
-    """Signals (t, m) of at least `LEAST` peaks, with their signs."""
-    return np.copysign(np.maximum(np.abs(signal), LEAST * peak), signal)
 
 
 def timed_slopes(effects_chain: ChainWithEffects, observed: Observations, signal: FloatArray) -> FloatArray:

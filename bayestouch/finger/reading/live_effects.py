@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import History, Recording
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence
-from bayestouch.finger.reading.effects import SIGNAL_STEPS, EffectContext, of_some_size, timed_rows
+from bayestouch.finger.reading.effects import EffectContext, signal_behind, timed_rows
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_drift import DriftFilter
 from bayestouch.finger.reading.true_load import TrueLoads, changes_load, true_loads
@@ -105,6 +105,7 @@ class FingerStream:
         self._blank = blank_context(chain, 1, exact=exact)
         self._vectors = self._moved_vectors()
         self._start()
+        self._in_time_bends = len(self.rows) > 0 and self._bends_in_time()
 
     def begin(self, time_s: float) -> None:
         """Begin a touch at this time, s."""
@@ -262,18 +263,12 @@ class FingerStream:
 
     def _signal(self) -> FloatArray:
         """Signal (m,) at which effects that depend on time are evaluated; see `bayestouch.finger.reading.effects`."""
-        one = np.ones(self.effects_chain.model.n_elements)
-        if not self._bends:
-            return one
+        if not self._in_time_bends:
+            return np.ones(self.effects_chain.model.n_elements)
         read, held = self._total / np.maximum(self._counts, 1e-300), self._last - self._began
-        signal = of_some_size(read, self._timed.peak)
-        for _ in range(SIGNAL_STEPS):
-            scale, shift = self._scale_and_shift(self._last, held, signal)[0]
-            signal = of_some_size((read - shift) / scale, self._timed.peak)
-        return signal
+        return signal_behind(read, self._timed.peak, lambda signal: self._scale_and_shift(self._last, held, signal)[0])
 
-    @cached_property
-    def _bends(self) -> bool:
+    def _bends_in_time(self) -> bool:
         """Whether an effect that depends on time is not in proportion to the signal."""
         one = np.ones(self.effects_chain.model.n_elements)
         once, twice = (self._scale_and_shift(1.0, 1.0, size * one)[0, 0] for size in (1.0, 2.0))

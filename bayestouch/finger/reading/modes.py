@@ -68,14 +68,11 @@ def _searched_again(posterior: FingerPosterior, mode: FloatArray, value: FloatAr
     load = np.where(np.isfinite(posterior.touches.load[poor]), posterior.touches.load[poor], mode[poor, 2])
     low_load, high_load = posterior.priors.load.support
     load = np.clip(load, low_load + 1e-6, high_load - 1e-6)
-    shape = (p, len(shares), len(angles))
-    places = np.stack(
-        np.broadcast_arrays(
-            np.log(shares / (1 - shares))[:, None] + np.zeros(shape), angles + np.zeros(shape), load[:, None, None]
-        ),
-        axis=-1,
-    )
-    density = posterior.log_density(places.reshape(p, -1, 3), poor).reshape(shape)
+    places = np.empty((p, len(shares), len(angles), 3))
+    places[..., 0] = np.log(shares / (1 - shares))[:, None]
+    places[..., 1] = angles
+    places[..., 2] = load[:, None, None]
+    density = posterior.log_density(places.reshape(p, -1, 3), poor).reshape(places.shape[:-1])
     starts = np.take_along_axis(places, density.argmax(axis=2)[:, :, None, None], axis=2)[:, :, 0]
     s = len(shares)
     x, found = _climb(posterior, starts.reshape(p * s, 3), np.repeat(poor, s))
