@@ -140,7 +140,8 @@ def calibrate(
     with about(dataset.path):
         if model is not None:
             if model.body != body.kind:
-                raise InputError(f"the model is that of a {model.body}, this sensor is a {body.kind}")
+                reason = f"the model is that of a {model.body}, this sensor is a {body.kind}"
+                raise InputError(reason, file=model.path, column="body")
             own = body.own({**given, "contact": contact or model.contact or None})
         from bayestouch.calibration.like import LikeEarlier
 

@@ -10,7 +10,7 @@ from typing import Any
 from bayestouch.data.dataset import DataSet
 from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.effects.stated import StatedModel
-from bayestouch.errors import InputError, unknown_name
+from bayestouch.errors import InputError, about, unknown_name
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
 from bayestouch.model.beginning import Evaluation
 from bayestouch.model.body import body_of
@@ -84,10 +84,13 @@ def fit_stated(
     data = SplitData.of_calibration(dataset)
     begun = body_of(dataset.sensor).begin(data, draws=draws, seed=seed, **options)
     fitted, known = begun.fitted, {effect.name for effect in begun.effects}
-    effects = named_effects([name for name, _ in model.effects], begun.setting, dict(model.effects))
-    for effect in effects:
-        if effect.name not in known:
-            raise InputError(f"effect {effect.name} goes with the place of the touch: the map of a pad has it already")
+    with about(model.path):
+        effects = named_effects([name for name, _ in model.effects], begun.setting, dict(model.effects))
+        for effect, (_, start) in zip(effects, model.effects, strict=True):
+            if effect.name not in known:
+                reason = f"effect {effect.name} goes with the place of the touch: the map of a pad has it already"
+                raise InputError(reason)
+            require_starts(effect, start)
     noise: list[tuple[NoiseEffect, Values, Values]] = []
     for i, (effect, (_, start)) in enumerate(zip(effects, model.effects, strict=True)):
         advance((i + 1) / (len(effects) + 2))
@@ -111,8 +114,14 @@ def fit_stated(
     return StatedFit(begun.evaluation, fitted, tuple(added), correction, notes)
 
 
-def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
-    """The model fitted with one more effect, from stated starting values if there are any."""
+def require_starts(effect: Effect, start: Mapping[str, float]) -> None:
+    """Raise an error unless a fit of the effect can start from the stated values.
+
+    Raises
+    ------
+    InputError
+        A value is of no parameter of the effect, or is not above zero where the fit starts from its logarithm.
+    """
     names = [parameter.name for parameter in effect.parameters]
     if wrong := sorted(set(start) - set(names)):
         raise unknown_name(f"parameter of effect {effect.name}:", wrong[0], names, column="effect.start")
@@ -121,6 +130,10 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
         if each.logarithmic and start.get(each.name, 1.0) <= 0:
             reason = f"{each.name} of effect {effect.name}: expected a start above 0, got {start[each.name]:g}"
             raise InputError(reason, column="effect.start")
+
+
+def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
+    """The model fitted with one more effect, from stated starting values if there are any."""
     new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
     return (new.fitted if new.noise else settled(new.fitted)), new.noise
 

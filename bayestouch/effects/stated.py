@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from bayestouch.contact import CONTACT_MODELS
 from bayestouch.data.geometry import BODIES, geometries
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.effects.catalogue import effect_classes
-from bayestouch.errors import InputError, shown, unknown_name
+from bayestouch.errors import InputError, about, shown, unknown_name
 
 #: Bound of the absolute value of an effect's parameter.
 LARGEST = 1e100
@@ -36,12 +37,15 @@ class StatedModel:
         start for values that are not stated.
     correction : bool
         Whether an empirical correction by element and location is added.
+    path : Path or None
+        File that the model was read from; errors about the model name it.
     """
 
     body: str
     contact: str
     effects: tuple[tuple[str, Mapping[str, float]], ...]
     correction: bool = False
+    path: Path | None = field(default=None, compare=False)
 
     def to_toml(self) -> str:
         """Text of ``model.toml``."""
@@ -64,8 +68,8 @@ class StatedModel:
         Raises
         ------
         InputError
-            The text is not TOML, has an unknown key, names an unknown effect or one effect twice, or has a value of a
-            wrong kind.
+            The text is not TOML, has an unknown key, names an unknown contact model or effect or one effect twice, or
+            has a value of a wrong kind.
         """
         content = tables_from_toml(text)
         unknown = sorted(set(content) - {"body", "contact", "correction", "effect"})
@@ -81,12 +85,23 @@ class StatedModel:
         if body not in tuple(BODIES):
             kinds = " or ".join(f'"{kind}"' for kind in BODIES)
             raise InputError(f"expected {kinds}, got {shown(body)}", column="body")
-        contact = content.get("contact", geometries()[body].default_contact)
+        contact = _contact(content, body)
         effects = tuple(_effect(each) for each in listed)
         names = [name for name, _ in effects]
         if twice := [name for name in names if names.count(name) > 1]:
             raise InputError(f"{twice[0]} is there more than once", column="effect.name")
-        return cls(body, str(contact), effects, correction)
+        return cls(body, contact, effects, correction)
+
+
+def _contact(content: dict[str, Any], body: str) -> str:
+    """The contact model that is stated, or the default one; empty for a body that has none."""
+    default = geometries()[body].default_contact
+    contact = content.get("contact", default)
+    if not default and contact:
+        raise InputError(f"a {body} has no contact model", column="contact")
+    if default and contact not in CONTACT_MODELS:
+        raise unknown_name("contact model", contact, CONTACT_MODELS, column="contact")
+    return str(contact)
 
 
 def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
@@ -117,7 +132,5 @@ def read_model(path: str | Path) -> StatedModel:
         The file cannot be read, or for the reasons of `StatedModel.from_toml`; the error names the file.
     """
     text, _ = read_toml_text(path)
-    try:
-        return StatedModel.from_toml(text)
-    except InputError as error:
-        raise InputError(error.message, file=path, row=error.row, column=error.column) from None
+    with about(path):
+        return replace(StatedModel.from_toml(text), path=Path(path))

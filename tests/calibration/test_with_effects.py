@@ -19,7 +19,7 @@ def test_a_start_without_a_logarithm_is_refused(time: float) -> None:
     creep = effect_classes()["creep"].suited(FINGER)
     assert creep is not None
     with pytest.raises(InputError, match=f"time of effect creep: expected a start above 0, got {time:g}"):
-        with_effects._with_effect(None, creep, {"time": time, "share": 0.0})  # type: ignore[arg-type]  # no fit is made
+        with_effects.require_starts(creep, {"time": time, "share": 0.0})
 
 
 def test_other_starts_reach_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:

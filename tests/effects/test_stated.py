@@ -26,6 +26,8 @@ def test_effects_with_their_starts() -> None:
         (ONE.replace("start", "starts"), "effect.starts", "expected name, stage and start"),
         (ONE.replace('"element"', '"readout"'), "effect.stage", 'expected "element", the stage of crosstalk'),
         (ONE + "share = 0.2", "effect.share", "expected name, stage and start"),
+        ('contact = "herz"' + ONE, "contact", "did you mean hertz"),
+        ('body = "pad"\ncontact = "hertz"' + ONE, "contact", "a pad has no contact model"),
     ],
 )
 def test_what_would_be_ignored_is_refused(text: str, column: str, said: str) -> None:

@@ -179,7 +179,8 @@ def test_model_toml_calibrates_again(written: Path, crossed: Path, tmp_path: Pat
         ('[[effect]]\nname = "crosstalk"\nstart = {share = "much"}', "expected numbers"),
         ('[[effect]]\nname = "crosstalk"\nstart = {size = 0.1}', "parameter of effect crosstalk"),
         ("effects = []", "not known here"),
-        ('contact = "magic"', "contact"),
+        ('contact = "magic"', "unknown contact model 'magic'"),
+        ('body = "pad"', "the model is that of a pad"),
         ("= 3", "expected TOML"),
     ],
 )
@@ -190,7 +191,7 @@ def test_bad_model_is_one_line(
     path.write_text(text)
     assert main(["calibrate", str(crossed), "-o", str(tmp_path / "c.nc"), "--model", str(path), "--quiet"]) == 2
     err = capsys.readouterr().err
-    assert complaint in err and err.count("\n") == 1
+    assert complaint in err and err.count("\n") == 1 and f"{path}" in err
 
 
 def test_all_files_are_written(written: Path) -> None:
