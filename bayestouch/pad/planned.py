@@ -21,7 +21,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.model.linear import covariance_of
 from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, with_load_error
-from bayestouch.model.planned_table import planned_table
+from bayestouch.model.planned_table import load_unit, planned_table
 from bayestouch.pad.candidates import kernel_shape
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.priors import PadPriors, pad_priors, stated_priors
@@ -86,7 +86,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
             with_load_error((variance + left)[t:], np.where(usable, of_signal.by_load[t:], 0.0), load_sd[t:]),
         ),
         parameters=(*_parameters(calibration, chain, usable, len(covariance)), *_sensitivity(calibration, columns[:t])),
-        coordinates={**{name: ("mm", 1.0) for name in names}, "P": (str(calibration.settings["load_unit"]), 1.0)},
+        coordinates={**{name: ("mm", 1.0) for name in names}, "P": (load_unit(calibration), 1.0)},
         slopes=slopes,
         precision=width,
         asked=names,

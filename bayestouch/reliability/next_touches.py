@@ -16,7 +16,7 @@ from bayestouch.diagnosis.result import Diagnosis
 from bayestouch.errors import InputError, nearest, shown
 from bayestouch.model.body import body_of
 from bayestouch.model.planned import Group
-from bayestouch.model.planned_table import one_row_each, planned_table
+from bayestouch.model.planned_table import load_unit, one_row_each, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import exact, number, plural
@@ -55,6 +55,8 @@ class NextTouches(Summarised):
         Names of the quantities: parameters, coordinates of touches, or ``log_bayes_factor``.
     units : tuple of str
         Their units.
+    load_unit : str
+        Unit of the loads of the touches; none where the calibration measured no loads, and they are shares of its load.
     before : (g,) array
         Expected standard deviation of each quantity before the first touch, rms over elements or places; for causes 0.
     after : (c, g) array
@@ -81,6 +83,7 @@ class NextTouches(Summarised):
     gain: FloatArray
     quantities: tuple[str, ...]
     units: tuple[str, ...]
+    load_unit: str
     before: FloatArray
     after: FloatArray
 
@@ -110,7 +113,7 @@ class NextTouches(Summarised):
         units = {
             "tip": "mm",
             **{name: "degree" if name == "angle_deg" else "mm" for name in places if name in columns},
-            "load": self._load_unit,
+            "load": self.load_unit,
             # A share of the variance has no unit.
             "gain": "nat" if self.quantities == (LOG_BAYES_FACTOR,) else "",
         }
@@ -121,7 +124,7 @@ class NextTouches(Summarised):
     def summary_lines(self) -> list[str]:
         """Lines that ``repr`` shows."""
         touches = [
-            f"{self.in_words(i)}, load {number(float(self.touches.load[i]))} {self._load_unit}"
+            f"{self.in_words(i)}, load {number(float(self.touches.load[i]))} {self.load_unit}".rstrip()
             for i in range(min(len(self.chosen), NAMED))
         ]
         more = [f"and {len(self.chosen) - NAMED} more"] if len(self.chosen) > NAMED else []
@@ -131,11 +134,6 @@ class NextTouches(Summarised):
         ]
         first = f"NextTouches about {self.about}: {plural(len(self.chosen), 'touch')} of {self.gain.shape[1]}"
         return [first, *touches, *more, *(each.rstrip() for each in changes)]
-
-    @property
-    def _load_unit(self) -> str:
-        """Unit of the load: on a finger, where touches have an angle, a load per length."""
-        return "N" if self.touches.angle_deg is None else "N/m"
 
     def in_words(self, i: int) -> str:
         """Tip and place of the chosen touch with index i, as text."""
@@ -259,6 +257,7 @@ def next_touches(
         gain=choice.gain,
         quantities=names,
         units=units,
+        load_unit=load_unit(calibration),
         before=choice.value[0],
         after=choice.value[1:],
     )

@@ -25,7 +25,7 @@ def about_next_touches(calibration: Calibration) -> dict[str, Any] | None:
     body = calibration.sensor.body
     return {
         "units": dict(zip(best.quantities, best.units, strict=True)),
-        "load_unit": body.load_unit,
+        "load_unit": best.load_unit,
         "expected_sd": _by_name(best, best.before),
         "touches": [_touch(best, i, body.location_columns) for i in range(len(best.chosen))],
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -147,6 +148,20 @@ def test_a_table_names_the_unit_of_each_column() -> None:
     frame = bayestouch.next_touches(calibrated("pad"), count=2, about="places").to_dataframe()
     units = {"tip": "mm", "x_mm": "mm", "load": "N", "gain": "", "x_sd": "mm"}
     assert frame.attrs["units"] == units and set(frame.columns) == {*units, "samples"}
+
+
+def test_loads_that_were_not_measured_have_no_unit() -> None:
+    design = bayestouch.PadDesign(
+        element_x_mm=(0.0, 6.0, 12.0), element_y_mm=None, calibration_step_mm=1.0, n_touches=30
+    )
+    known = bayestouch.simulate(design, seed=3).dataset
+    table = known.calibration
+    assert table is not None
+    table = table.with_(load=np.full(table.n_rows, np.nan))
+    calibration = bayestouch.calibrate(replace(known, calibration=table), kernel="gaussian", draws=200)
+    chosen = bayestouch.next_touches(calibration, about="places", quantities=["x", "P"])
+    assert chosen.units == ("mm", "") and chosen.to_dataframe().attrs["units"]["load"] == ""
+    assert chosen.summary_lines()[1].endswith("load 1")
 
 
 def test_bad_sources_and_candidates_are_named() -> None:
