@@ -10,14 +10,13 @@ from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.baselines.regression import Regression, RegressionTouches
 from bayestouch.errors import InputError
 from bayestouch.model.touch_errors import COVERAGE
+from bayestouch.pad.problem import UNSTATED_FORCE_NOISE
 
 #: Nodes of the grid, by dimensions of the pad: locations along each axis without and with loads, and loads. In a plane
 #: with loads they are fewer: a Gaussian process of thousands of touches takes minutes for the 200,000 of them.
 LOCATIONS, LOCATIONS_WITH_LOADS, LOADS = {1: 601, 2: 121}, {1: 601, 2: 61}, {1: 161, 2: 61}
 #: How far the grid goes beyond the known touches at each end, over their range.
 BEYOND = 0.05
-#: Noise of a force sensor whose noise is not stated, over the mean load: as a calibration assumes.
-FORCE_NOISE = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +81,7 @@ def read_by_regression(
     count = len(loads)
     grid = np.column_stack([np.repeat(places, count, axis=0), np.tile(loads, len(places))])
     mean, sd = (each.reshape(len(places), count, -1) for each in regression(grid))
-    force_sd = FORCE_NOISE * float(known.load.mean()) if force_sd is None else force_sd
+    force_sd = UNSTATED_FORCE_NOISE * float(known.load.mean()) if force_sd is None else force_sd
     reads = np.ones(len(held.load)) if held.reads_of_load is None else held.reads_of_load
     by_element = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (mean, sd, np.log(sd))]
     of_places, of_loads = [], []

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.data.sensor import Finger, Pad
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, require_whole, shown
 from bayestouch.output.summary import Summarised, summary_html
 from bayestouch.simulation.chain import pressed, read
 from bayestouch.simulation.finger import FingerDesign
@@ -156,8 +156,7 @@ def simulate(
     """
     design = FingerDesign() if design is None else design
     effects = {name: _size(name, value) for name, value in (effects or {}).items()}
-    if not isinstance(seed, int | np.integer) or seed < 0:
-        raise InputError(f"seed: expected a whole number, zero or larger, got {shown(seed)}")
+    require_whole("seed", seed, 0)
     of_sensor, of_plan, of_noise = (np.random.default_rng([seed, stream]) for stream in range(3))
     built, plan = design.build(of_sensor), design.plan(of_plan)
     values = effect_values(effects, built.setting(plan))

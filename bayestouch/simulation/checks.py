@@ -7,13 +7,6 @@ import numpy as np
 from bayestouch.errors import InputError
 
 
-def check_counts(**values: int) -> None:
-    """Refuse values that are not whole numbers above zero."""
-    for name, value in values.items():
-        if not isinstance(value, int | np.integer) or value < 1:
-            raise InputError(f"{name}: expected a whole number above zero, got {value}")
-
-
 def check_positive(**values: float) -> None:
     """Refuse values that are not finite and above zero."""
     for name, value in values.items():

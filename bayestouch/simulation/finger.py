@@ -14,10 +14,10 @@ from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
 from bayestouch.data.sensor import Finger, Rubber, Sensor
 from bayestouch.effects import Setting
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, require_whole
 from bayestouch.output.summary import Summarised
 from bayestouch.paper.published import TABLE_3
-from bayestouch.simulation.checks import check_counts, check_not_negative, check_positive, check_range
+from bayestouch.simulation.checks import check_not_negative, check_positive, check_range
 from bayestouch.simulation.plan import EffectValues, Plan
 from bayestouch.simulation.series import summed_strain
 
@@ -101,7 +101,8 @@ class FingerDesign(Summarised):
     contact: str = "layer"
 
     def __post_init__(self) -> None:
-        check_counts(n_elements=self.n_elements, samples_per_touch=self.samples_per_touch)
+        require_whole("n_elements", self.n_elements, 1)
+        require_whole("samples_per_touch", self.samples_per_touch, 1)
         check_positive(
             pitch_deg=self.pitch_deg,
             shear_modulus_MPa=self.shear_modulus_MPa,

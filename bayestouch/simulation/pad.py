@@ -16,9 +16,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.data.sensor import Pad, Rubber, Sensor
 from bayestouch.effects import Setting
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, require_whole
 from bayestouch.output.summary import Summarised
-from bayestouch.simulation.checks import check_counts, check_not_negative, check_positive, check_range
+from bayestouch.simulation.checks import check_not_negative, check_positive, check_range
 from bayestouch.simulation.plan import EffectValues, Plan
 
 
@@ -84,11 +84,9 @@ class PadDesign(Summarised):
     load_range: tuple[float, float] = (1.0, 3.0)
 
     def __post_init__(self) -> None:
-        check_counts(
-            n_elements=len(self.element_x_mm),
-            samples_per_touch=self.samples_per_touch,
-            n_touches=self.n_touches,
-        )
+        require_whole("n_elements", len(self.element_x_mm), 1)
+        require_whole("samples_per_touch", self.samples_per_touch, 1)
+        require_whole("n_touches", self.n_touches, 1)
         check_positive(
             thickness_mm=self.thickness_mm,
             peak_reading=self.peak_reading,
