@@ -207,7 +207,7 @@ def _axes(known: KnownTouches, prior: FlatPrior, element: int, squares: float) -
         centre = 0.5 * np.log(max(scatter, 1e-300) / dof)
     else:
         return [axis + prior.mean[i + k * layout.n_elements] for k, axis in enumerate(_prior_axes(prior, i))]
-    sd = min(prior.spread[i], 1 / np.sqrt(2 * dof))
+    centre, sd = _with_prior(centre, dof, prior, i)
     # With few degrees of freedom the density has a long tail at large noise.
     axes = [centre + sd * np.concatenate([STEPS, STEPS[-1] + (STEPS[1] - STEPS[0]) * np.arange(1, 9)])]
     if layout.discrepancy:
@@ -218,6 +218,12 @@ def _axes(known: KnownTouches, prior: FlatPrior, element: int, squares: float) -
         step = min(LOG_DISCREPANCY_STEP, 0.25 / np.sqrt(max(t, 4)) if reach > 1 else LOG_DISCREPANCY_STEP)
         axes.append(np.arange(low, high, step))
     return axes
+
+
+def _with_prior(log_sd: float, dof: float, prior: FlatPrior, i: int) -> tuple[float, float]:
+    """Approximate mean and sd of a logarithm of noise, by its scatter and its prior at the entry i of a vector."""
+    precision = 2 * dof + prior.spread[i] ** -2.0
+    return float((2 * dof * log_sd + prior.mean[i] * prior.spread[i] ** -2.0) / precision), float(precision**-0.5)
 
 
 def _prior_axes(prior: FlatPrior, i: int) -> list[FloatArray]:
@@ -274,9 +280,8 @@ def _force_noise(
     """Mean and variance of log s_F, for fixed other parameters."""
     i = prior.layout.force_noise
     centre, spread = prior.mean[i], prior.spread[i]
-    if known.force_scatter_dof > 0:
-        centre = 0.5 * np.log(known.force_scatter / known.force_scatter_dof)
-        spread = min(spread, 1 / np.sqrt(2 * known.force_scatter_dof))
+    if (dof := known.force_scatter_dof) > 0:
+        centre, spread = _with_prior(0.5 * np.log(known.force_scatter / dof), dof, prior, i)
     grid = centre + spread * FORCE_STEPS
     by_load = (residuals.slope**2 * weight).sum(axis=1)
     by_both = (residuals.slope * residuals.left * weight).sum(axis=1)

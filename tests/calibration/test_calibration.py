@@ -11,7 +11,7 @@ from independent import catalogue_forms as forms
 
 import bayestouch
 from bayestouch.effects.stated import StatedModel
-from bayestouch.priors.parameters import Normal
+from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 SHARE, CREEP = 0.04, 0.2
 FINGER = bayestouch.FingerDesign(n_elements=8, edge_step_deg=2.0, flat_step_deg=4.0, touch_step_deg=8.0)
@@ -66,6 +66,34 @@ def test_a_stated_prior_counts_beside_effects(finger: bayestouch.DataSet) -> Non
     for calibration in (free, bound):
         share = calibration.posterior["crosstalk_share"]
         assert abs(share.mean() - SHARE) < 4 * share.std() < SHARE
+
+
+@pytest.mark.parametrize("kind", ["log-normal", "uniform"])
+def test_a_narrow_prior_of_the_noise_counts_beside_repeats(kind: str) -> None:
+    """Stated far from what repeats say, by more than the width of the prior: quadrature over log s."""
+    design = bayestouch.FingerDesign(n_elements=3, edge_step_deg=6.0, flat_step_deg=15.0, samples_per_touch=4)
+    known = bayestouch.simulate(design, seed=6).dataset
+    assert known.calibration is not None
+    raw = known.calibration.readings.reshape(-1, 4, 3)
+    dof, scatter = 3 * len(raw), ((raw - raw.mean(axis=1, keepdims=True)) ** 2).sum(axis=(0, 1))
+    seen = np.sqrt(scatter / dof)
+    stated = 1.25 * float(seen.mean())
+    prior = LogNormal(stated, 0.02) if kind == "log-normal" else Uniform(0.98 * stated, 1.02 * stated)
+    found = bayestouch.calibrate(known, priors={"noise_sd": prior}, draws=4000, seed=1).posterior["noise_sd"]
+    grid = np.linspace(0.9, 1.35, 4001)[:, None] * seen.mean()
+    means, sds = [], []
+    # A residual of a mean says as much as a degree of freedom where there is no discrepancy, and little where there is.
+    for more in (1.0, (dof + len(raw)) / dof):
+        log = more * (-dof * np.log(grid) - 0.5 * scatter / grid**2) + prior.log_density(grid)
+        mass = np.exp(log - log.max(axis=0))
+        mass /= mass.sum(axis=0)
+        means.append((grid * mass).sum(axis=0))
+        sds.append(np.sqrt((grid**2 * mass).sum(axis=0) - means[-1] ** 2))
+    # 4,000 draws, of which a tenth and more are independent: 5 % of an sd, four times
+    high, low = means
+    mean = found.mean(axis=(0, 1))
+    assert (mean < high + 0.2 * sds[0]).all() and (mean > low - 0.2 * sds[1]).all()
+    assert found.std(axis=(0, 1)) == pytest.approx(sds[0], rel=0.1)
 
 
 def test_the_contact_model_may_be_another_than_the_models(finger: bayestouch.DataSet) -> None:
