@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet, require_dataset
 from bayestouch.data.splits import with_calibration
-from bayestouch.errors import InputError, about, require_whole
+from bayestouch.errors import InputError, about, not_a, require_whole
 from bayestouch.model.body import body_of
 from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
@@ -30,7 +30,7 @@ def calibrate(
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
     like: Calibration | str | Path | Sequence[Calibration | str | Path] = (),
-    model: StatedModel | None = None,
+    model: StatedModel | str | Path | None = None,
     moves: Any = None,
     draws: int = 1000,
     groups: str | Sequence[str] = (),
@@ -74,10 +74,10 @@ def calibrate(
         Calibrations of earlier fingers of the same build. Priors of ``sigma``, ``mu``, ``r_s``, ``response``,
         ``noise_sd`` and ``discrepancy_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors`
         replaces these.
-    model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. The values of
-        the effects are estimated together with the other parameters. A model without effects and correction gives the
-        same calibration as a call without `model`. If `contact` is given, it replaces that of the model.
+    model : StatedModel or path, optional
+        Effects of the sensor, or the ``model.toml`` of a diagnosis. The values of the effects are estimated together
+        with the other parameters. A model without effects and correction gives the same calibration as a call without
+        `model`. If `contact` is given, it replaces that of the model.
     moves : emcee.moves.Move or list, optional
         Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
         much longer: minutes for sixteen elements.
@@ -136,6 +136,7 @@ def calibrate(
         "moves": moves,
     }
     own = body.own(given)
+    model = _model(model)
     common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):
         if model is not None:
@@ -154,3 +155,13 @@ def calibrate(
         from bayestouch.calibration.with_effects import calibrate_with_effects
 
         return learned.noted(calibrate_with_effects(dataset, model, **own, **common))
+
+
+def _model(given: StatedModel | str | Path | None) -> StatedModel | None:
+    from bayestouch.effects.stated import StatedModel, read_model
+
+    if isinstance(given, str | Path):
+        return read_model(given)
+    if not isinstance(given, StatedModel | None):
+        raise not_a("a StatedModel or the path of a model.toml", given, "bayestouch.effects.read_model reads one")
+    return given

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -123,6 +124,15 @@ def test_what_cannot_go_together_is_refused_in_a_line(finger: bayestouch.DataSet
         bayestouch.calibrate(pad, model=CROSSTALK)
     with pytest.raises(bayestouch.InputError, match="map of a pad has it already"):
         bayestouch.calibrate(pad, model=StatedModel("pad", "", (("soft_spot", {}),)))
+
+
+def test_a_model_may_be_the_path_of_its_file(finger: bayestouch.DataSet, tmp_path: Path) -> None:
+    path = tmp_path / "model.toml"
+    path.write_text(CROSSTALK.to_toml(), encoding="utf-8")
+    by_path, by_object = (bayestouch.calibrate(finger, model=each, draws=64, seed=1) for each in (path, CROSSTALK))
+    assert np.array_equal(by_path.posterior["crosstalk_share"], by_object.posterior["crosstalk_share"])
+    with pytest.raises(bayestouch.InputError, match="expected a StatedModel or the path of a model"):
+        bayestouch.calibrate(finger, model={})  # type: ignore[arg-type]
 
 
 def test_a_prior_that_would_not_be_used_is_refused(finger: bayestouch.DataSet) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
@@ -223,7 +224,10 @@ class FingerTouchReader:
     def _reference(self, means: TouchMeans) -> dict[str, FloatArray]:
         radius, outer = means.indenter_radius_mm, self.sampler.chain.outer_radius_mm
         composite = composite_radius(np.where(np.isnan(radius), 0.0, radius), outer)
-        angle = means.angle_deg if means.angle_deg is not None else np.full(means.n_touches, np.nan)
+        angle = np.full(means.n_touches, np.nan)
+        if means.angle_deg is not None:
+            # In the turn in which locations are read, that a user may subtract one from the other.
+            angle = nearest_turn(means.angle_deg, float(np.degrees(np.mean(self.sampler.priors.location.support))))
         return {"r_c": radius, "R": np.where(np.isnan(radius), np.nan, composite), "theta_c": angle, "P": means.load}
 
     def _predicted(self, readings: TouchReadings, draws: Drawn) -> FloatArray:
