@@ -285,13 +285,20 @@ def fit_from_both(
     whitening: Whitening | None = None,
     enough: float = SETTLED,
 ) -> Fitted:
-    """The better of two fits: one from `start` and, if it ends far from the nominal body, one from the nominal body."""
+    """The best of the fits from `start` and, if that fit ends far from the nominal body, from the nominal body.
+
+    There the effects first have the values of the fit from `start`. These may have adapted to a wrong body: if the
+    second fit is worse than the first one, a third begins with the nominal body and the effects of `start`.
+    """
     one = fit(model, start, noise, drifts, whitening=whitening, enough=enough)
     home = model.reset_to_nominal(one.vector)
     if home is None:
         return one
-    two = fit(model, home, noise, drifts, whitening=one.whitening, enough=enough)
-    return min(one, two, key=lambda each: each.linear.cost())
+    found = [one, fit(model, home, noise, drifts, whitening=one.whitening, enough=enough)]
+    if found[1].linear.cost() > one.linear.cost() + enough:
+        again = np.append(home[: model.n_base], start[model.n_base :])
+        found.append(fit(model, again, noise, drifts, whitening=one.whitening, enough=enough))
+    return min(found, key=lambda each: each.linear.cost())
 
 
 def _step(

@@ -115,20 +115,30 @@ def test_a_parameter_that_would_leave_its_range_is_held(side: int) -> None:
     assert free.linear.held is None
 
 
-@pytest.mark.parametrize(("home", "better"), [(None, 0), ((0.0, 1.0), 1)])
-def test_the_better_of_two_starts(monkeypatch: pytest.MonkeyPatch, home: Any, better: int) -> None:
-    costs = iter([5.0, 4.0] if better else [4.0, 5.0])
+@pytest.mark.parametrize(
+    ("home", "costs", "starts"),
+    [
+        (None, [4.0], []),
+        ((0.0, 1.0), [5.0, 4.0], [[0.0, 1.0]]),
+        # The same maximum from both: no third fit.
+        ((0.0, 1.0), [4.0, 4.04], [[0.0, 1.0]]),
+        ((0.0, 1.0), [4.5, 5.0, 4.0], [[0.0, 1.0], [0.0, 9.0]]),
+    ],
+)
+def test_the_best_of_several_starts(monkeypatch: pytest.MonkeyPatch, home: Any, costs: Any, starts: Any) -> None:
+    """The first parameter is of the body, the second of an effect."""
+    left = iter(costs)
     seen: list[Any] = []
 
     def one(model: Any, start: Any, noise: Any, drifts: Any, whitening: Any, enough: float) -> Any:
         seen.append((np.asarray(start).tolist(), whitening))
-        cost = next(costs)
+        cost = next(left)
         return SimpleNamespace(vector=start, whitening="first", linear=SimpleNamespace(cost=lambda: cost), cost=cost)
 
     monkeypatch.setattr(fitting, "fit", one)
-    found: Any = fit_from_both(Curve(X, home=home), np.array([9.0, 9.0]), NOISE)  # type: ignore[arg-type]
+    found: Any = fit_from_both(Curve(X, n_base=1, home=home), np.array([9.0, 9.0]), NOISE)  # type: ignore[arg-type]
     assert found.cost == 4.0 and seen[0] == ([9.0, 9.0], None)
-    assert seen[1:] == ([] if home is None else [([0.0, 1.0], "first")])
+    assert seen[1:] == [(start, "first") for start in starts]
 
 
 def test_functions_that_have_hardly_changed() -> None:
