@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.arrays import turned
-from bayestouch.data.grouping import first_of, grouped_mean, groups
+from bayestouch.data.grouping import all_equal, first_of, grouped_mean, groups
 from bayestouch.data.sample_rows import SampleRows
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
@@ -41,10 +41,11 @@ class TouchMeans(Summarised):
     angle_deg, x_mm, y_mm : array, shape (t,), or None
         Mean location (angles across ±180° are averaged around the circle).
     load_reads : array, shape (t,), or None
-        Number of raw reads behind each mean load; 0 where no load was read.
+        Number of raw reads behind each mean load; 0 where no load was read. Equal loads in all rows of a touch are one
+        load that was written into all of them: they have the reads of one row.
     load_error_variance, load_error_dof : float
         Variance of ONE read of the load within touches, and its degrees of freedom; NaN and 0 where no load of a touch
-        was read twice, or where those of every touch are equal (then one load was written into all its rows).
+        was read twice.
     """
 
     touch: IntArray
@@ -176,12 +177,14 @@ def average(touches: SampleRows) -> TouchMeans:
 
 def _load_error(load: FloatArray, group: IntArray, n: int, reads: FloatArray) -> tuple[FloatArray, float, float]:
     """Number of reads of each mean load; variance of one read within touches; its degrees of freedom."""
-    some = ~np.isnan(load)
+    some, one_load = ~np.isnan(load), all_equal(load, group, n)
     count = np.asarray(np.bincount(group[some], weights=reads[some], minlength=n), dtype=np.float64)
-    deviation = (load - grouped_mean(load, group, n, reads)[group])[some]
-    squares = float(np.sum(reads[some] * deviation**2))
-    dof = float(some.sum() - len(np.unique(group[some])))
-    return (count, squares / dof, dof) if dof > 0 and squares > 0 else (count, np.nan, 0.0)
+    count = np.where(one_load, first_of(np.where(some, reads, np.nan), group, n), count)
+    again = some & ~one_load[group]
+    deviation = (load - grouped_mean(load, group, n, reads)[group])[again]
+    squares = float(np.sum(reads[again] * deviation**2))
+    dof = float(again.sum() - len(np.unique(group[again])))
+    return (count, squares / dof, dof) if dof > 0 else (count, np.nan, 0.0)
 
 
 def _mean_angle(angle: FloatArray, group: IntArray, n: int, weights: FloatArray) -> FloatArray:

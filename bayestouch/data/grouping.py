@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 
 
 def groups(touch: IntArray) -> tuple[IntArray, IntArray]:
@@ -37,3 +37,11 @@ def first_of(values: FloatArray, group: IntArray, n: int) -> FloatArray:
     members, at = np.unique(group[some], return_index=True)
     first[members] = values[some[at]]
     return first
+
+
+def all_equal(values: FloatArray, group: IntArray, n: int) -> BoolArray:
+    """Whether each of n groups has two or more values that are not NaN, and all of these are equal. Shape (n,)."""
+    some = ~np.isnan(values)
+    count = np.bincount(group[some], minlength=n)
+    other = np.bincount(group[some], weights=(values != first_of(values, group, n)[group])[some], minlength=n)
+    return np.asarray((count > 1) & (other == 0))

@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.arrays import turned
+from bayestouch.data.grouping import all_equal, groups
 from bayestouch.data.touches import Touches
 from bayestouch.output.text import plural
 
@@ -40,6 +41,8 @@ class Tally:
         Lowest load, N/m or N.
     location_missing : int or None
         Number of rows without a location; None if the table has no location columns.
+    with_one_load : int
+        Number of touches with the same load in two or more rows in contact, and no other one.
     at_two_places : int
         Number of touches with rows in contact whose locations differ by more than `APART`.
     without_reading : int
@@ -60,6 +63,7 @@ class Tally:
     load_negative: int
     load_lowest: float
     location_missing: int | None
+    with_one_load: int
     at_two_places: int
     without_reading: int
     there: IntArray
@@ -88,6 +92,7 @@ class Tally:
             load_negative=int((touches.load < 0).sum()),
             load_lowest=float(np.fmin.reduce(touches.load, initial=np.inf)),
             location_missing=int(np.isnan(location).any(axis=0).sum()) if location else None,
+            with_one_load=_with_one_load(touches),
             at_two_places=_at_two_places(touches),
             without_reading=int(missing.all(axis=1).sum()),
             there=there,
@@ -114,6 +119,7 @@ class Tally:
             location_missing=None
             if self.location_missing is None
             else self.location_missing + (other.location_missing or 0),
+            with_one_load=self.with_one_load + other.with_one_load,
             at_two_places=self.at_two_places + other.at_two_places,
             without_reading=self.without_reading + other.without_reading,
             there=self.there + other.there,
@@ -132,6 +138,12 @@ def _extremes(readings: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Number of readings of each element, the lowest and the highest; inf and -inf if it has none."""
     there = (~np.isnan(readings)).sum(axis=0)
     return there, np.fmin.reduce(readings, axis=0, initial=np.inf), np.fmax.reduce(readings, axis=0, initial=-np.inf)
+
+
+def _with_one_load(touches: Touches) -> int:
+    """Number of touches with the same load in two or more rows in contact, and no other one."""
+    ids, group = groups(touches.touch[touches.in_contact])
+    return int(all_equal(touches.load[touches.in_contact], group, len(ids)).sum())
 
 
 def _at_two_places(touches: Touches) -> int:
@@ -176,6 +188,10 @@ def _loads(tally: Tally) -> Iterator[str]:
         yield "no load measured"
     elif tally.load_missing:
         yield f"{_count(tally.load_missing, tally.rows, 'row')} without a measured load"
+    # A force sensor that rounds its loads gives equal ones in a few touches.
+    if 2 * tally.with_one_load > tally.touches:
+        touches = _count(tally.with_one_load, tally.touches, "touch", "touches")
+        yield f"{touches} with the same load in all rows: these loads count as one reading of the force sensor"
     if tally.load_negative:
         yield (
             f"{_count(tally.load_negative, tally.rows, 'row')} with a load below zero "
@@ -214,5 +230,5 @@ def _stuck(tally: Tally) -> Iterator[str]:
                 )
 
 
-def _count(part: int, whole: int, noun: str) -> str:
-    return f"{int(part)} of {whole} {noun if whole == 1 else noun + 's'}"
+def _count(part: int, whole: int, noun: str, nouns: str = "rows") -> str:
+    return f"{int(part)} of {whole} {noun if whole == 1 else nouns}"

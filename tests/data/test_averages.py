@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.remarks import Tally, remarks
+from bayestouch.data.touches import touches_from
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.simulation import PadDesign, simulate
 
@@ -61,3 +63,21 @@ def test_location_of_a_touch_on_a_pad() -> None:
     np.testing.assert_array_equal(lost[:, 0], means.location[:, 0])
     assert lost.shape == (6, 2) and np.isnan(lost[:, 1]).all()
     np.testing.assert_array_equal(means.select(np.array([4, 1])).location, means.location[[4, 1]])
+
+
+def test_one_load_in_all_rows_is_one_reading_of_the_force_sensor() -> None:
+    """Touch 0 has one load written into its three rows, touch 1 three loads, touch 2 one row, touch 3 two of each."""
+    load = np.array([5.0, 5.0, 5.0, 1.0, 2.0, 3.0, 7.0, np.nan, 4.0, 4.0, np.nan])
+    touch = np.array([0, 0, 0, 1, 1, 1, 2, 3, 3, 3, 4])
+    table = touches_from(touch, np.zeros((11, 1)), load=load, contact=1.0)
+    means = table.averaged()
+    assert means.load_reads is not None
+    np.testing.assert_array_equal(means.load_reads, [1.0, 3.0, 1.0, 1.0, 0.0])
+    np.testing.assert_array_equal(means.load, [5.0, 2.0, 7.0, 4.0, np.nan])
+    assert (means.load_error_variance, means.load_error_dof) == (1.0, 2.0)
+    averaged = table.with_(reads=np.full(11, 8.0)).averaged()
+    assert averaged.load_reads is not None
+    np.testing.assert_array_equal(averaged.load_reads, [8.0, 24.0, 8.0, 8.0, 0.0])
+    said = "touches with the same load in all rows: these loads count as one reading of the force sensor"
+    assert not [each for each in remarks(Tally.of(table)) if said in each]
+    assert f"2 of 2 {said}" in list(remarks(Tally.of(table.select(touch % 3 == 0))))
