@@ -22,6 +22,7 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.joining import fit_with
 from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.peaks import settled
+from bayestouch.model.rest_errors import begun_with_rest
 from bayestouch.model.split_data import SplitData
 from bayestouch.output.progress import Progress
 from bayestouch.results.objects import Calibration
@@ -82,7 +83,7 @@ def fit_stated(
     """Fit a sensor with the effects of a `StatedModel`; parameters and errors as in `calibrate_with_effects`."""
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
-    begun = body_of(dataset.sensor).begin(data, draws=draws, seed=seed, **options)
+    _, begun = begun_with_rest(body_of(dataset.sensor), data, draws=draws, seed=seed, **options)
     fitted, known = begun.fitted, {effect.name for effect in begun.effects}
     with about(model.path):
         effects = named_effects([name for name, _ in model.effects], begun.setting, dict(model.effects))

@@ -40,6 +40,11 @@ def responding(readings: FloatArray) -> BoolArray:
     return np.asarray((largest > least) | (some.sum(axis=0) == 1))
 
 
+def read_once(counts: npt.NDArray[Any]) -> FloatArray:
+    """Numbers of reads, and 1 where there is none: for a variance that is not used there, but must be finite."""
+    return np.where(counts > 0, counts, 1.0)
+
+
 def turned(degrees: npt.ArrayLike) -> FloatArray:
     """Differences of angles, in degree, as the shorter way around the circle: from -180 to below 180."""
     return np.asarray((np.asarray(degrees, dtype=np.float64) + 180) % 360 - 180)

@@ -29,8 +29,9 @@ class TouchMeans(Summarised):
     touch : int array, shape (t,)
     readings : array, shape (t, m)
         Mean readings; NaN where a touch has no reading of an element.
-    counts : int array, shape (t, m)
-        Number of raw reads behind each mean: a row counts once, or `reads` times where it is an average.
+    counts : array, shape (t, m)
+        Number of raw reads with the noise of each mean. A row counts once, or `reads` times where it is an average.
+        Where a rest reading of k reads was subtracted, n reads count as n k/(n + k), see `Touches.rest_reads`.
     pure_error_variance : array, shape (m,)
         Variance of ONE raw read, pooled over touches; divide by `counts` for the variance of a mean. NaN where
         no element of a touch was read twice.
@@ -50,7 +51,7 @@ class TouchMeans(Summarised):
 
     touch: IntArray
     readings: FloatArray
-    counts: IntArray
+    counts: FloatArray
     pure_error_variance: FloatArray
     pure_error_dof: FloatArray
     load: FloatArray
@@ -77,7 +78,7 @@ class TouchMeans(Summarised):
     @property
     def reads_of_load(self) -> FloatArray:
         """Number of raw reads of each mean load, (t,), at least 1; that of the readings where it is not known."""
-        of_readings = self.counts.max(axis=1).astype(float)
+        of_readings = self.counts.max(axis=1)
         known = of_readings if self.load_reads is None else self.load_reads
         return np.asarray(np.maximum(np.where(known > 0, known, of_readings), 1.0))
 
@@ -139,12 +140,15 @@ def average(touches: SampleRows) -> TouchMeans:
     inner = np.where(known_reads, reads - 1, 1.0)
 
     m = touches.n_elements
-    means, counts = np.full((n, m), np.nan), np.zeros((n, m), dtype=np.int64)
+    means, counts = np.full((n, m), np.nan), np.zeros((n, m))
     variance, dof = np.full(m, np.nan), np.zeros(m)
     for k in range(m):
         some = ~np.isnan(values[:, k])
         means[:, k] = grouped_mean(values[:, k], group, n, reads)
         counts[:, k] = np.bincount(group[some], weights=reads[some], minlength=n)
+        if touches.rest_reads is not None:
+            of_rest = first_of(touches.rest_reads[rows, k], group, n)
+            counts[:, k] = np.where(np.isnan(of_rest), counts[:, k], counts[:, k] / (1 + counts[:, k] / of_rest))
         deviation = values[some, k] - means[group[some], k]
         inside = some & ~np.isnan(sd[:, k])
         squares = np.sum(reads[some] * deviation**2) + np.sum(inner[inside] * sd[inside, k] ** 2)

@@ -89,15 +89,42 @@ class Baseline:
         Whether touches have no-contact rows of their own.
     note : str
         Description of the correction.
+    reads : (m,) array or None
+        Number of raw reads behind `general` if its noise counts for each touch, see `of`; None if it does not.
+    before : (m,) array or None
+        Number of raw reads behind the rest reading of the calibration, see `of`.
     """
 
     general: FloatArray | None
     own: bool
     note: str
+    reads: FloatArray | None = None
+    before: FloatArray | None = None
 
     @classmethod
-    def of(cls, tally: RestTally, rest: npt.ArrayLike | None = None) -> Baseline:
-        """Return the baseline of the table that `tally` sums up; `rest` as in `correct`."""
+    def of(
+        cls,
+        tally: RestTally,
+        rest: npt.ArrayLike | None = None,
+        *,
+        each: bool = False,
+        before: FloatArray | None = None,
+    ) -> Baseline:
+        """Return the baseline of the table that `tally` sums up.
+
+        Parameters
+        ----------
+        tally : RestTally
+            No-contact readings of the table.
+        rest : (m,) array, optional
+            As in `correct`.
+        each : bool
+            Whether the noise of a mean that touches share counts for each of them. It does where every touch is read by
+            itself; in a fit of all touches it is an error that they have in common.
+        before : (m,) array, optional
+            Number of raw reads behind the rest reading of the calibration, if the offsets of the calibrated sensor are
+            counted from it. Touches with another rest reading have the noise of both.
+        """
         general = tally.mean
         if general is None and rest is not None:
             given = np.asarray(rest, dtype=np.float64)
@@ -115,21 +142,32 @@ class Baseline:
                 f"the mean no-contact reading was subtracted: its own in {tally.with_own} of {tally.touched} touches, "
                 "that of all no-contact rows in the others"
             )
-        return cls(general, True, note + _without_rest_reading(general))
+        reads = np.where(tally.weight > 0, tally.weight, np.nan) if each else None
+        return cls(general, True, note + _without_rest_reading(general), reads, before)
 
     def subtracted(self, touches: Rows) -> Rows:
         """Return the table (or a piece of it with complete touches) with corrected readings and the note."""
         if self.general is None:
             return touches.with_(notes=(*touches.notes, self.note))
-        away = ~touches.in_contact
+        away, shape = ~touches.in_contact, touches.readings.shape
+        reads = np.full(shape, np.nan) if self.reads is None else np.broadcast_to(self._with_noise(self.reads), shape)
         if not self.own or not away.any():
-            return _subtracted(touches, np.tile(self.general, (touches.n_rows, 1)), self.note)
+            return _subtracted(touches, np.tile(self.general, (touches.n_rows, 1)), self.note, reads)
         ids, group = groups(touches.touch)
-        weights = _weights(touches)[away]
-        own = np.stack(
-            [grouped_mean(values, group[away], len(ids), weights) for values in touches.readings[away].T], axis=1
-        )
-        return _subtracted(touches, np.where(np.isnan(own), self.general, own)[group], self.note)
+        weights, there, members = _weights(touches)[away], ~np.isnan(touches.readings[away]), group[away]
+        columns = touches.readings[away].T
+        own = np.stack([grouped_mean(values, members, len(ids), weights) for values in columns], axis=1)
+        count = np.stack([np.bincount(members, weights * some, len(ids)) for some in there.T], axis=1)
+        # Before the rows are spread: one value for each touch.
+        offset, known = np.where(np.isnan(own), self.general, own), count > 0
+        reads = np.where(known[group], self._with_noise(np.where(known, count, np.nan))[group], reads)
+        return _subtracted(touches, offset[group], self.note, reads)
+
+    def _with_noise(self, reads: FloatArray) -> FloatArray:
+        """Reads with the noise of a rest reading of so many reads and, if it counts, of that of the calibration."""
+        if self.before is None:
+            return reads
+        return np.asarray(1 / (1 / reads + np.nan_to_num(1 / self.before)))
 
 
 def rest_reading(touches: SampleRows) -> FloatArray | None:
@@ -143,12 +181,26 @@ def rest_reading(touches: SampleRows) -> FloatArray | None:
     return RestTally.none(touches.n_elements).after(touches).mean
 
 
+def shared_rest_reads(touches: SampleRows) -> FloatArray | None:
+    """Number of raw reads behind the rest reading that touches share, see `correct`.
+
+    Returns
+    -------
+    array, shape (m,), or None
+        NaN for an element without such a reading; None if the touches share none.
+    """
+    tally = RestTally.none(touches.n_elements).after(touches)
+    shared = tally.rows > 0 and tally.with_own < tally.touched
+    return np.where(tally.weight > 0, tally.weight, np.nan) if shared else None
+
+
 def correct(touches: Rows, rest: npt.ArrayLike | None = None) -> Rows:
     """Return the touches with the no-contact readings subtracted, element by element.
 
     If a touch has no-contact rows of its own, their mean is subtracted. This removes drift, and adds the noise of
-    that mean, the same to all samples of the touch. For any other touch, the mean of all no-contact rows of the
-    table is subtracted or, if the table has none, `rest`. No-contact rows are corrected too and kept.
+    that mean, the same to all samples of the touch: `Touches.rest_reads` has the number of its reads. For any other
+    touch, the mean of all no-contact rows of the table is subtracted or, if the table has none, `rest`. No-contact rows
+    are corrected too and kept.
 
     Parameters
     ----------
@@ -175,9 +227,10 @@ def _without_rest_reading(general: FloatArray) -> str:
     return f" ({names}: no such reading, left as it is)" if names else ""
 
 
-def _subtracted(touches: Rows, offset: FloatArray, note: str) -> Rows:
+def _subtracted(touches: Rows, offset: FloatArray, note: str, reads: FloatArray) -> Rows:
     readings = touches.readings - np.where(np.isnan(offset), 0.0, offset)
-    return touches.with_(readings=readings, notes=(*touches.notes, note))
+    rest_reads = None if np.isnan(reads).all() else reads
+    return touches.with_(readings=readings, rest_reads=rest_reads, notes=(*touches.notes, note))
 
 
 def _weights(touches: SampleRows) -> FloatArray:

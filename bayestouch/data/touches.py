@@ -54,6 +54,9 @@ class Touches(Summarised):
         Standard deviation of the raw reads behind an averaged reading; NaN unknown.
     reads : array, shape (n,), or None
         Number of raw reads behind an averaged reading; NaN unknown.
+    rest_reads : array, shape (n, m), or None
+        Number of raw reads at rest, the mean of which was subtracted from the readings of a touch and has a noise that
+        no other touch has; NaN where none was subtracted, or one that many touches share.
     extra : mapping of str to object array of str, shape (n,)
         Columns without a meaning here, as text; kept but not used.
     notes : tuple of str
@@ -90,6 +93,7 @@ class Touches(Summarised):
     readings: FloatArray
     readings_sd: FloatArray | None = None
     reads: FloatArray | None = None
+    rest_reads: FloatArray | None = None
     extra: Mapping[str, ObjectArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -105,8 +109,9 @@ class Touches(Summarised):
             if value is not None or name in _PER_ROW:
                 put(name, float_array(value, name, (n,)))
         put("readings", float_array(self.readings, "readings", (n, m)))
-        if self.readings_sd is not None:
-            put("readings_sd", float_array(self.readings_sd, "readings_sd", (n, m)))
+        for name in ("readings_sd", "rest_reads"):
+            if getattr(self, name) is not None:
+                put(name, float_array(getattr(self, name), name, (n, m)))
         put("extra", {name: text_rows(values, name, n) for name, values in self.extra.items()})
         put("notes", tuple(self.notes))
 

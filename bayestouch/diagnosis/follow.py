@@ -25,6 +25,7 @@ from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.joining import fit_without
+from bayestouch.model.rest_errors import begun_with_rest
 from bayestouch.model.split_data import SplitData
 from bayestouch.output.progress import Progress, staged
 from bayestouch.parallel.beside import both
@@ -62,7 +63,7 @@ def trace(
     """
     data = SplitData.of(dataset, fold).thinned(body.most_touches, seed)
     staged(progress, 0.0, START, "fit")
-    begun = body.begin(data, draws=draws, seed=seed, **options)
+    data, begun = begun_with_rest(body, data, draws=draws, seed=seed, **options)
     fitted = begun.fitted
     without = ToEvaluate(begun.evaluation, sample, fitted)
     searching = staged(progress, START, SEARCHED, "search")

@@ -11,6 +11,7 @@ from bayestouch.finger.calibration import finger_calibration, require_likelihood
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import errs_by_element, table_of
 from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.fit import without_offsets
 from bayestouch.finger.fit_with_effects import effect_fit
 from bayestouch.finger.held_out import held_out
 from bayestouch.finger.log_density import density_of_fit, density_with_effects
@@ -54,7 +55,8 @@ def begin(
         For the reasons of `bayestouch.finger.start.finger_start`, or an identified E map with `groups`.
     """
     require_likelihood(groups, e_map)
-    start = finger_start(data.observations(data.searched), data.dataset.sensor, contact, priors)
+    searched = data.observations(data.searched)
+    start = finger_start(searched, data.dataset.sensor, contact, priors, data.rest_offsets(searched.means.touch))
     if functions is not None:
         start = replace(start, calibrated=fit_with_places(start.calibrated, functions)[0])
     setting = data.setting(contact, start.fitted.model.reference_load)
@@ -124,7 +126,11 @@ class FingerEvaluation:
                 groups=self.groups,
                 moves=self.moves,
             )
-            return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, self.start.calibrated)
+            return (
+                calibration
+                if self.e_map == MODEL_MAP
+                else with_identified_map(calibration, without_offsets(self.start.calibrated))
+            )
         calibration = calibration_with_effects(
             fitted,
             added,

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
-from bayestouch.finger.fit import FingerFit, fit_finger
+from bayestouch.finger.fit import FingerFit, fit_finger, without_offsets
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of
 from bayestouch.finger.place.choice import LEAST_PLACES
@@ -25,7 +25,10 @@ from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
 from bayestouch.finger.requested import groups_without_effects
 from bayestouch.finger.sampling import sample_fit
+from bayestouch.finger.start import base_fit
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.rest_errors import rest_errors
+from bayestouch.model.split_data import CORRECTED_REST, SplitData
 from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.data import TouchRows
@@ -71,6 +74,14 @@ def calibrate_finger(
             file=_file(dataset),
         )
     elastic, used = fit_finger(means, finger, priors, contact=contact)
+    offsets = None
+    if rest is not None:
+        data = _settled_rest(dataset, np.isin(table.touch, means.touch[used]), contact, stated)
+        rest, offsets = data.rest, data.rest_offsets(data.table.averaged().touch)
+    if offsets is not None:
+        means = replace(means, readings=means.readings - offsets.removed)
+        corrected = corrected.with_(notes=(*corrected.notes, CORRECTED_REST)) if offsets.removed.any() else corrected
+        elastic, used = fit_finger(means, finger, priors, contact=contact, offsets=offsets)
     fit = elastic
     places: PlacePosterior | None = None
     why: tuple[str, ...] = ()
@@ -103,7 +114,20 @@ def calibrate_finger(
         # The lack of fit of the elastic model is stored too: functions of place reduce it, and a cause would be hidden.
         both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
         calibration = replace(calibration, statistics={**calibration.statistics, **both})
-    return calibration if e_map == "model" else with_identified_map(calibration, fit)
+    return calibration if e_map == "model" else with_identified_map(calibration, without_offsets(fit))
+
+
+def _settled_rest(dataset: DataSet, used: BoolArray, contact: str, stated: Mapping[str, Prior] | None) -> SplitData:
+    """The calibration touches without the errors of a rest reading that they share, if these are not negligible.
+
+    `used` are the rows (n,) of touches that can be fitted.
+    """
+    data = SplitData.of_calibration(dataset)
+    if not (data.rest_source[used] >= 0).any():
+        return data
+    fitted = base_fit(data.observations(data.training & used), dataset.sensor, contact, stated)
+    errors = rest_errors(fitted, data)
+    return data if errors is None else data.without_rest_errors(errors)
 
 
 def require_likelihood(groups: Sequence[str], e_map: str) -> None:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.effects import NoiseEffect, RandomEffect, Values
 from bayestouch.finger.density import NUMBERS_HELD
 from bayestouch.finger.known_touches import KnownTouches
@@ -187,8 +188,8 @@ class EffectDensity:
     ) -> tuple[FloatArray, FloatArray]:
         """Inverse variances (n, t, m) and shared errors (k, n, t, m), including those of noise effects."""
         known, noise = self.posterior.known, self.posterior.noise
-        counts = np.maximum(known.counts, 1)
-        reads = np.maximum(known.counts.max(axis=1), 1)
+        counts = read_once(known.counts)
+        reads = read_once(known.counts.max(axis=1))
         variance, shared = np.zeros(weight.shape), np.zeros(weight.shape)
         for i, vector in enumerate(vectors):
             added = noise.added(vector)

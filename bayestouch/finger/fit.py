@@ -17,9 +17,10 @@ from bayestouch.finger.known_touches import LEAST_LOAD, MOST_LOAD, KnownTouches
 from bayestouch.finger.likelihood import LOAD_REACH, FingerLikelihood
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of, noise_shape
-from bayestouch.finger.place.touches import ErrorsWithPlaces
+from bayestouch.finger.place.touches import ErrorsWithPlaces, TouchesWithPlaces
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.observations import UntimedTouches
+from bayestouch.model.split_data import RestOffsets
 from bayestouch.sampling.laplace import LaplaceFit
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
@@ -73,7 +74,12 @@ class FingerFit:
 
 
 def fit_finger(
-    means: TouchMeans, finger: Finger, priors: FingerPriors, *, contact: str = "layer"
+    means: TouchMeans,
+    finger: Finger,
+    priors: FingerPriors,
+    *,
+    contact: str = "layer",
+    offsets: RestOffsets | None = None,
 ) -> tuple[FingerFit, NDArray[np.bool_]]:
     """Fit of all calibration parameters to all known touches.
 
@@ -87,6 +93,8 @@ def fit_finger(
         Priors.
     contact : str
         Contact model.
+    offsets : RestOffsets, optional
+        Errors of the rest readings that touches share. They are integrated out, like functions of place.
 
     Returns
     -------
@@ -115,8 +123,27 @@ def fit_finger(
         contact=contact,
         largest_load=LOAD_REACH * float(known.load.max()),
     )
-    likelihood = FingerLikelihood(model, known, start)
-    return settled_fit(likelihood, np.concatenate([start, first_guess(known, prior)])), used
+    fit = settled_fit(FingerLikelihood(model, known, start), np.concatenate([start, first_guess(known, prior)]))
+    return (fit if offsets is None else _with_offsets(fit, offsets.reads[used], offsets.removed[used])), used
+
+
+def _with_offsets(fit: FingerFit, reads: FloatArray, removed: FloatArray) -> FingerFit:
+    """The fit with offsets that touches share integrated out, of the noise of means of so many `reads` (t, m)."""
+    likelihood, noise = fit.likelihood, fit.noise.tactile_sd
+    sd = np.divide(noise, np.sqrt(reads), out=np.zeros_like(reads), where=reads > 0)
+    at_places = TouchesWithPlaces.of_offsets(sd, removed)
+    known = replace(likelihood.known, readings=likelihood.known.readings + removed)
+    return settled_fit(likelihood.with_places(known, at_places), fit.vector)
+
+
+def without_offsets(fit: FingerFit) -> FingerFit:
+    """The fit of the same touches with the estimates of offsets that they share taken out; itself if it has none."""
+    likelihood, at_places = fit.likelihood, fit.likelihood.at_places
+    if at_places is None:
+        return fit
+    known = replace(likelihood.known, readings=likelihood.known.readings - at_places.shift)
+    model = replace(likelihood.model, evaluator=None)
+    return settled_fit(FingerLikelihood(model, known, likelihood.start), fit.vector)
 
 
 def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:

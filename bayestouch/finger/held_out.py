@@ -6,6 +6,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
+from bayestouch.data.arrays import read_once
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.quantities import quantities
 from bayestouch.model.as_stated import at_stated_references
@@ -55,7 +56,7 @@ def held_out(
     element = np.asarray(model.finger.element_angles_deg)
     assert means.angle_deg is not None
     of_load = by_load * load_sd[:, None]
-    noise_sd = np.sqrt(noise.variance(predicted, np.maximum(means.counts, 1)) + of_load**2) / peak
+    noise_sd = np.sqrt(noise.variance(predicted, read_once(means.counts)) + of_load**2) / peak
     return HeldOut(
         observed=observed,
         residual=np.where(present, residual, np.nan) / peak,

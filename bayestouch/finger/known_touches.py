@@ -48,7 +48,7 @@ class KnownTouches:
     load: FloatArray
     load_reads: FloatArray
     readings: FloatArray
-    counts: NDArray[np.int64]
+    counts: FloatArray
     scatter: FloatArray
     scatter_dof: FloatArray
     force_scatter: float = 0.0

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.noise import Residuals, StandardErrors
 from bayestouch.model.columns import WhiteColumns
@@ -83,10 +84,10 @@ def linearised_chain(
     predicted, by_load = model.predict(chain), model.by_load(chain)
     touches, samples = model.derivatives(chain)
     spread = StandardErrors.of(known, at, vector)
-    added, counts = posterior.noise.added(vector), np.maximum(known.counts, 1)
+    added, counts = posterior.noise.added(vector), read_once(known.counts)
     own = np.where(known.missing, 1.0, spread.sd**2)
     more = added.variance(predicted.touches, posterior.noise.peak) / counts
-    shared = np.sqrt(added.shared_variance(np.maximum(known.counts.max(axis=1), 1)))[:, None]
+    shared = np.sqrt(added.shared_variance(read_once(known.counts.max(axis=1))))[:, None]
     shared = shared * added.together(posterior.noise.peak)
     root = inverse_root(own + more, (by_load * spread.load_sd[:, None], shared), ~known.missing)
     left = np.where(known.missing, 0.0, known.readings) - predicted.touches

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
-from bayestouch.data.arrays import responding
+from bayestouch.data.arrays import read_once, responding
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches
@@ -51,7 +51,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     predict, mean, columns, covariance, extra = (_with_effects if with_effects else _plain)(calibration, means, touch)
     alive = np.isfinite(means.readings)
     columns, slopes = (np.where(alive[:, :, None], each, 0.0) for each in (columns, touch_slopes(predict, *touch)))
-    variance = calibration.noise.mean_variance(np.maximum(means.counts, 1), mean)
+    variance = calibration.noise.mean_variance(read_once(means.counts), mean)
     load_sd = calibration.noise.mean_load_sd(means.reads_of_load)
     # Without a force sensor a load is not known better than by its size.
     load_sd = np.where(np.isfinite(load_sd) & (load_sd > 0), load_sd, means.load)
@@ -139,7 +139,7 @@ def _with_effects(
     jacobian = model.derivatives(vector)[0]
     scale = np.ones(len(vector))
     scale[: model.n_elements] = 1 / np.where(calibration.mode["response"] == 0, 1.0, calibration.mode["response"])
-    noise = effects.listed.noise.covariance(mean, model.peak, np.maximum(means.counts.max(axis=1), 1).astype(float))
+    noise = effects.listed.noise.covariance(mean, model.peak, read_once(means.counts.max(axis=1)))
     correction = effects.correction_table
     if correction is not None:
         jacobian = jacobian + correction.by_parameter(*touch)

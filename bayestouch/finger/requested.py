@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.errors import InputError
 from bayestouch.finger.density import NUMBERS_HELD, FingerDensity
 from bayestouch.finger.density_with_effects import EffectPosterior
@@ -140,7 +141,7 @@ def _replicated(
     Loads that were not measured are those of the posterior given the readings, or of the prior with `from_prior`.
     """
     known, noise, at = posterior.known, posterior.noise, posterior.layout
-    counts, reads = np.maximum(known.counts, 1), np.maximum(known.counts.max(axis=1), 1)
+    counts, reads = read_once(known.counts), read_once(known.counts.max(axis=1))
     low, high = posterior.bounds
     given = (known.load_reads == 0) & (not from_prior)
     out = np.empty((len(vectors), *known.readings.shape))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
@@ -17,6 +18,7 @@ from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
+from bayestouch.model.split_data import RestOffsets
 from bayestouch.priors.parameters import Prior
 
 # Without repeats, the noise is estimated from readings predicted below this share of the peak.
@@ -61,7 +63,11 @@ def base_fit(observed: Observations, sensor: Sensor, contact: str, stated: Mappi
 
 
 def finger_start(
-    observed: Observations, sensor: Sensor, contact: str, stated: Mapping[str, Prior] | None = None
+    observed: Observations,
+    sensor: Sensor,
+    contact: str,
+    stated: Mapping[str, Prior] | None = None,
+    offsets: RestOffsets | None = None,
 ) -> FingerStart:
     """Both fits of a finger without effects.
 
@@ -75,6 +81,8 @@ def finger_start(
         Contact model.
     stated : mapping of str to Prior, optional
         Priors instead of the default ones, as in `bayestouch.calibrate`.
+    offsets : RestOffsets, optional
+        Errors of the rest readings that touches share, for the fit of a calibration.
 
     Raises
     ------
@@ -96,7 +104,10 @@ def finger_start(
     noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
     if priors.noise is not None:  # the noise of the fit combines the stated prior with the repeats
         noise = replace(noise, sd=np.maximum(base.noise.tactile_sd, 1e-6 * model.peak))
-    return FingerStart(priors, notes, base, used, fit(model, base.laplace.mode, noise))
+    calibrated = base
+    if offsets is not None:
+        calibrated, _ = fit_finger(observed.means, finger, priors, contact=contact, offsets=offsets)
+    return FingerStart(priors, notes, calibrated, used, fit(model, base.laplace.mode, noise))
 
 
 def plain_noise(model: FingerModel, predicted: FloatArray, load_sd: FloatArray) -> NoiseModel:
@@ -113,7 +124,7 @@ def plain_noise(model: FingerModel, predicted: FloatArray, load_sd: FloatArray) 
     """
     means = model.known.means
     sd = np.sqrt(means.pure_error_variance)
-    scaled = (means.readings - predicted) * np.sqrt(np.maximum(means.counts, 1))
+    scaled = (means.readings - predicted) * np.sqrt(read_once(means.counts))
     far = np.where(np.abs(predicted) < FAR * model.peak, scaled, np.nan)
     for e in np.flatnonzero(~(np.isfinite(sd) & (sd > 0))):
         rows = far[:, e] if np.isfinite(far[:, e]).sum() >= 10 else scaled[:, e]

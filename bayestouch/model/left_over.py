@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.model.fitting import Fitted
 
 
@@ -29,7 +30,7 @@ def discrepancy(fitted: Fitted) -> FloatArray:
     shrunk = (square * between + whole * scatter) / (between + scatter)
     error = np.sqrt(2 / freedom[alive].sum())
     excess = np.maximum(shrunk - 1, 0.0) if whole > 1 + 2 * error else np.zeros(len(square))
-    reads = np.median(np.maximum(fitted.model.known.means.counts, 1))
+    reads = np.median(read_once(fitted.model.known.means.counts))
     return np.asarray(np.where(alive, np.sqrt(excess) * fitted.noise.sd / np.sqrt(reads), 0.0))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
+from bayestouch.data.arrays import read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
@@ -110,8 +111,8 @@ def _observed(touches: TouchMeans, time: FloatArray, known: Observations) -> Obs
 def _noise(fitted: Fitted, touches: TouchMeans, mean: FloatArray, by_load: FloatArray) -> FloatArray:
     """Covariance (t, m, m) of the readings of each touch for known parameters."""
     noise = fitted.noise
-    reads = np.maximum(touches.counts.max(axis=1), 1).astype(float)
-    variance = noise.mean_variance(mean, np.maximum(touches.counts, 1))
+    reads = read_once(touches.counts.max(axis=1))
+    variance = noise.mean_variance(mean, read_once(touches.counts))
     shared = noise.shared_sd(reads)
     load_sd = np.full(len(reads), float(np.median(noise.load_sd)))
     alive = np.isfinite(touches.readings)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
+from bayestouch.data.baseline import RestTally
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.splits import with_calibration
@@ -25,8 +26,27 @@ NOTHING_KNOWN = (
     "indenter_radius_mm (on a finger) and the location for some touches at least"
 )
 WITHOUT_LOAD = "calibration touches without a load above zero are left out"
+CORRECTED_REST = (
+    "the rest reading that touches share is the mean of few no-contact rows: it is corrected by what these touches show"
+)
 # Number of blocks of consecutive touches into which a scan is split.
 BLOCKS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class RestOffsets:
+    """Errors of the rest readings that touches share, as offsets of their readings; t touches, m elements.
+
+    Attributes
+    ----------
+    reads : (t, m) array
+        Number of raw reads behind the rest reading that a touch shares; 0 if it shares none.
+    removed : (t, m) array
+        Estimate of the offset that was taken out of the mean readings.
+    """
+
+    reads: FloatArray
+    removed: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +71,15 @@ class SplitData:
         Rows of the touches used in fits, calibrations and choices of effects, and of the touches used in none of them.
     notes : tuple of str
         Notes on how the data set was split, and on assumptions.
+    rest_source : (n,) int array
+        Rest reading that was subtracted from each row and that its touch shares with others: 0 that of the calibration,
+        1 that of the touches to be read; -1 where the touch has its own, or none was subtracted.
+    shared_reads : (2, m) array
+        Number of raw reads behind these two rest readings; 0 without one.
     chosen : (n,) bool array or None
         The training rows that the search for effects uses; None for all.
+    removed : (2, m) array or None
+        Errors of the two rest readings that were taken out, see `without_rest_errors`; None for none.
     """
 
     dataset: DataSet
@@ -65,7 +92,10 @@ class SplitData:
     training: BoolArray
     held_out: BoolArray
     notes: tuple[str, ...]
+    rest_source: IntArray
+    shared_reads: FloatArray
     chosen: BoolArray | None = None
+    removed: FloatArray | None = None
 
     @property
     def searched(self) -> BoolArray:
@@ -111,6 +141,7 @@ class SplitData:
             raise InputError(NOTHING_KNOWN)
         training, left_out = _with_load(dataset, table, (known & ~held)[group])
         about = (*left_out, *remarks_on(table, training))
+        source, reads = _shared_rest(calibration, touches)
         return cls(
             dataset=dataset,
             table=table,
@@ -122,6 +153,8 @@ class SplitData:
             training=training,
             held_out=held[group],
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, *about, first.note, second.note) if note)),
+            rest_source=source,
+            shared_reads=reads,
         )
 
     @classmethod
@@ -144,6 +177,7 @@ class SplitData:
             raise InputError(NOTHING_KNOWN)
         training, left_out = _with_load(dataset, table, known[group])
         notes = (*dataset.notes, *left_out, *remarks_on(table, training), timing.note)
+        source, reads = _shared_rest(calibration)
         return cls(
             dataset=dataset,
             table=table,
@@ -155,6 +189,8 @@ class SplitData:
             training=training,
             held_out=np.zeros(table.n_rows, dtype=bool),
             notes=tuple(dict.fromkeys(note for note in notes if note)),
+            rest_source=source,
+            shared_reads=reads,
         )
 
     @classmethod
@@ -178,6 +214,7 @@ class SplitData:
         if not held.any():
             how = TOO_FEW
         notes = (*dataset.notes, *table.notes, how, *left_out, *remarks_on(table, training), clock.note)
+        source, reads = _shared_rest(whole)
         return cls(
             dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),
             table=table,
@@ -189,6 +226,8 @@ class SplitData:
             training=training,
             held_out=held[group],
             notes=tuple(dict.fromkeys(note for note in notes if note)),
+            rest_source=source,
+            shared_reads=reads,
         )
 
     @property
@@ -221,6 +260,36 @@ class SplitData:
             "calibrations use all"
         )
         return replace(self, chosen=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
+
+    def source_of_touches(self, touch: IntArray) -> IntArray:
+        """`rest_source` of touches (t,), by their numbers in `table`."""
+        ids, first = np.unique(self.table.touch, return_index=True)
+        return np.asarray(self.rest_source[first][np.searchsorted(ids, touch)])
+
+    def rest_offsets(self, touch: IntArray) -> RestOffsets | None:
+        """Offsets of touches (t,), by their numbers in `table`; None if they share no rest reading."""
+        source = self.source_of_touches(touch)
+        reads = self._of_source(self.shared_reads, source)
+        if not reads.any():
+            return None
+        return RestOffsets(
+            reads, np.zeros_like(reads) if self.removed is None else self._of_source(self.removed, source)
+        )
+
+    @staticmethod
+    def _of_source(values: FloatArray, source: IntArray) -> FloatArray:
+        """Values (2, m) by rest reading as an array (n, m) by row or touch; zero where none is shared."""
+        return np.where(source[:, None] < 0, 0.0, values[np.maximum(source, 0)])
+
+    def without_rest_errors(self, errors: FloatArray) -> SplitData:
+        """The split with the errors (2, m) of shared rest readings taken out of readings and rest reading."""
+        return replace(
+            self,
+            table=self.table.with_(readings=self.table.readings - self._of_source(errors, self.rest_source)),
+            rest=None if self.rest is None else self.rest + errors[0],
+            notes=(*self.notes, CORRECTED_REST),
+            removed=errors,
+        )
 
     def setting(self, contact: str, reference_load: float) -> Setting:
         """Setting from which effects choose their priors and probes."""
@@ -265,7 +334,8 @@ def joined_tables(*tables: Touches) -> Touches:
         parts = [getattr(table, name) for table in tables]
         if all(part is None for part in parts):
             return None
-        shapes = [table.readings.shape if name == "readings_sd" else (table.n_rows,) for table in tables]
+        by_element = name in ("readings_sd", "rest_reads")
+        shapes = [table.readings.shape if by_element else (table.n_rows,) for table in tables]
         return np.concatenate(
             [np.full(s, np.nan) if part is None else part for s, part in zip(shapes, parts, strict=True)]
         )
@@ -283,13 +353,26 @@ def joined_tables(*tables: Touches) -> Touches:
         readings=np.concatenate([table.readings for table in tables]),
         extra={},
         notes=tuple(dict.fromkeys(note for table in tables for note in table.notes)),
-        **{name: numbers(name) for name in (*names, "readings_sd", "reads")},  # type: ignore[arg-type]  # named arrays
+        **{name: numbers(name) for name in (*names, "readings_sd", "reads", "rest_reads")},  # type: ignore[arg-type]  # named arrays
     )
 
 
 def without_dead(table: Touches) -> Touches:
     """The table without the readings of elements that are constant over all rows: they carry no information."""
     return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
+
+
+def _shared_rest(*tables: Touches) -> tuple[IntArray, FloatArray]:
+    """`SplitData.rest_source` and `SplitData.shared_reads` of tables before their rest readings are subtracted."""
+    source, reads = [], np.zeros((2, tables[0].n_elements))
+    for k, table in enumerate(tables):
+        tally = RestTally.none(table.n_elements).after(table)
+        reads[k] = tally.weight
+        # A table without a reading at rest has that of the first one.
+        shared = k if tally.rows else 0 if reads[0].any() else -1
+        own = np.isin(table.touch, table.touch[~table.in_contact])
+        source.append(np.where(own, -1, shared))
+    return np.concatenate(source), reads
 
 
 def _with_load(dataset: DataSet, table: Touches, rows: BoolArray) -> tuple[BoolArray, tuple[str, ...]]:

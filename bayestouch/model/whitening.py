@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.arrays import read_once
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
@@ -38,8 +39,8 @@ class Whitening:
         counts = np.where(np.isnan(means.readings), 0, means.counts)
         present = counts > 0
         one = noise.own_variance(signal)
-        variance = np.where(present, noise.mean_variance(signal, np.maximum(counts, 1)), 1.0)
-        reads = np.maximum(counts.max(axis=1), 1)
+        variance = np.where(present, noise.mean_variance(signal, read_once(counts)), 1.0)
+        reads = read_once(counts.max(axis=1))
         root = inverse_root(variance, (by_load * noise.load_sd[:, None], noise.shared_sd(reads)), present)
         row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
         row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)

@@ -16,6 +16,7 @@ import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.baseline import shared_rest_reads
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.touches import Touches
@@ -105,7 +106,8 @@ def pad_calibration(
         For the reasons of `bayestouch.pad.calibration.calibrate_pad`.
     """
     effects = pad_effects(fitted, added, setting)
-    sensor = as_built = dataset.sensor
+    sensor, calibration = dataset.sensor, dataset.calibration
+    as_built, rest_reads = sensor, None if calibration is None else shared_rest_reads(calibration)
     # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     samples, _ = choose_samples(table.select(training))
     as_read = table
@@ -140,7 +142,8 @@ def pad_calibration(
         map_ = PadMap.from_arrays(made.extra)
         made = replace(made, extra={**made.extra, **_following(effects, moved, chosen, map_).arrays()})
     # The rest reading is already subtracted from the table; touches read later need it.
-    made = replace(made.with_rest_reading(rest), sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
+    made = made.with_rest_reading(rest, rest_reads)
+    made = replace(made, sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
         return made
     return replace(

@@ -25,6 +25,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.chain.smooth import distances
+from bayestouch.data.arrays import read_once
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.inducing import InducedCovariance
 from bayestouch.pad.known_touches import loads_vary, location_spacing
@@ -105,7 +106,7 @@ class FinerMap:
         fit, known = model.fit, problem.known
         signal = fit.predicted() - fit.chain.offset
         here = problem.present
-        variance = noise.mean_variance(np.maximum(known.counts, 1), signal)
+        variance = noise.mean_variance(read_once(known.counts), signal)
         residual, open_ = np.full(here.shape, np.nan), np.full(here.shape, np.nan)
         covariances, predicted = [], fit.chain.predict(known.location, known.load)
         shape = kernel_shape(model.shape, known.location)
@@ -218,7 +219,7 @@ def _chosen(problem: PadProblem, model: PadCandidate) -> tuple[Sizes, FloatArray
     here, residual = problem.present[index], fit.residual[index]
     rows = _Rows(known.location, known.load, kernel_shape(model.shape, known.location)).select(index)
     signal = (fit.predicted() - fit.chain.offset)[index]
-    averaged = model.noise.tactile_sd**2 / np.maximum(known.counts[index], 1)
+    averaged = model.noise.tactile_sd**2 / read_once(known.counts[index])
     unit = fit.misfit.amplitude * float(np.median(known.load))
     spacing, m = location_spacing(known.location), len(unit)
     extent = max(float(np.ptp(known.location, axis=0).max()), spacing)

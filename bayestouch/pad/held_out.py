@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.model.as_stated import at_stated_references
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
@@ -42,7 +43,7 @@ def held_out(
     prediction = model.predict(shown.vector)
     predicted = prediction.touches + added
     means, rows = observed.means, observed.row_touch
-    reads = np.maximum(means.counts.max(axis=1), 1)
+    reads = read_once(means.counts.max(axis=1))
     one_load = np.median(fitted.noise.load_sd * np.sqrt(fitted.model.known.means.reads_of_load))
     measured = np.isfinite(observed.load)
     noise = fitted.noise.with_(load_sd=np.where(measured, one_load / np.sqrt(means.reads_of_load), model.load))

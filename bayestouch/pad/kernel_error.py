@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.chain.noise import Noise
+from bayestouch.data.arrays import read_once
 from bayestouch.model.added import AddedEffect, moved_to
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.whitening import Whitening
@@ -19,7 +20,7 @@ def with_kernel_error(fitted: Fitted, added: tuple[AddedEffect, ...] = ()) -> tu
     model = fitted.model
     means = model.known.means
     predicted, by_load = model.predict(fitted.vector).touches, model.by_load(fitted.vector)
-    signal, counts = predicted - model.zero(fitted.vector), np.maximum(means.counts, 1)
+    signal, counts = predicted - model.zero(fitted.vector), read_once(means.counts)
     noise = fitted.noise.with_(lasting=None)
     explained = noise.mean_variance(signal, counts) + (by_load * noise.load_sd[:, None]) ** 2
     explained = explained + noise.shared_sd(counts.max(axis=1)) ** 2

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.smooth import distances
 from bayestouch.pad.noise import FLOOR_SPREAD
@@ -24,7 +24,7 @@ def fit_misfit(
     base: MapDiscrepancy,
     residual: FloatArray,
     signal: FloatArray,
-    counts: IntArray,
+    counts: FloatArray,
     noise: Noise,
     *,
     spacing_mm: float,
@@ -76,7 +76,7 @@ def fit_misfit(
         floor = np.exp(vector[4] + vector[5:]) * base.amplitude * float(np.median(base.load))
         return replace(noise, discrepancy_sd=floor, signal_share=float(np.exp(vector[3])))
 
-    def at(vector: FloatArray, which: MapDiscrepancy, counts: IntArray, signal: FloatArray) -> MapDiscrepancy:
+    def at(vector: FloatArray, which: MapDiscrepancy, counts: FloatArray, signal: FloatArray) -> MapDiscrepancy:
         length, misfit, relative = np.exp(vector[:3])
         return replace(
             which,

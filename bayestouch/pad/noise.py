@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
@@ -44,7 +43,7 @@ class LeftOut:
     residual: FloatArray
     variance: FloatArray
     signal: FloatArray
-    counts: NDArray[np.int64]
+    counts: FloatArray
     load: FloatArray
     load_share: FloatArray
 

@@ -17,6 +17,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.pad import COORDINATES, PadChain, element_pitch
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.arrays import read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.model.linear import covariance_of
@@ -57,7 +58,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     place, load = np.concatenate([known.location, means.location]), np.concatenate([known.load, acting])
     counts = np.concatenate([known.counts, np.where(usable, means.counts, 0)])
     of_signal = _Signal.of(calibration, place, load)
-    variance = calibration.noise.mean_variance(np.maximum(counts, 1), of_signal.mean)
+    variance = calibration.noise.mean_variance(read_once(counts), of_signal.mean)
     functions, left = _map_columns(calibration, chain, priors, place, load, variance, counts > 0)
     own = chain.sensitivity_derivatives(place) * load[:, None, None]
     own[:, np.arange(m), m + np.arange(m)] = 1.0
@@ -102,7 +103,7 @@ def _known(calibration: Calibration) -> TouchMeans:
         rows.observed,
         load=np.where(np.isnan(rows.load), 1.0, rows.load),
         contact=1.0,
-        reads=np.maximum(rows.counts.max(axis=1), 1),
+        reads=read_once(rows.counts.max(axis=1)),
         **columns,
     )
     return table.averaged()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import element_pitch
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.baseline import shared_rest_reads
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
@@ -55,6 +56,8 @@ class PadProblem:
         Elements that respond.
     rest : (m,) array or None
         Rest reading that was subtracted from touches without one of their own.
+    rest_reads : (m,) array or None
+        Number of raw reads behind `rest`; None if no touch needed it.
     seed : int
         Seed of the random numbers.
     """
@@ -68,6 +71,7 @@ class PadProblem:
     samples: str
     usable: NDArray[np.bool_]
     rest: FloatArray | None
+    rest_reads: FloatArray | None
     seed: int
 
     @property
@@ -136,6 +140,7 @@ def pad_problem(
         samples=samples,
         usable=usable,
         rest=rest,
+        rest_reads=shared_rest_reads(table),
         seed=seed,
     )
     return problem, [*notes, *odd]

@@ -6,6 +6,7 @@ import numpy as np
 
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.arrays import read_once
 from bayestouch.data.sensor import Sensor
 from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.known_touches import prior_of_loads
@@ -14,7 +15,7 @@ from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
-from bayestouch.results.keys import REST_READING, USABLE
+from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
@@ -43,7 +44,7 @@ def pad_calibration_of(
     notes = [*notes, *_model_notes(problem, model, name, rivals)]
     if problem.load_measured and np.ptp(known.load) == 0:
         notes.append(ONE_LOAD)
-    return Calibration(
+    made = Calibration(
         sensor=sensor,
         parameters=problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit),
         mode=posterior.mode,
@@ -66,16 +67,15 @@ def pad_calibration_of(
             "version": __version__,
         },
         statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals) | posterior.grades,
-        extra=(map_ or tabulate(model)).arrays()
-        | {USABLE: problem.usable.astype(float)}
-        | ({} if problem.rest is None else {REST_READING: problem.rest}),
+        extra=(map_ or tabulate(model)).arrays() | {USABLE: problem.usable.astype(float)},
         notes=tuple(dict.fromkeys(notes)),
     )
+    return made.with_rest_reading(problem.rest, problem.rest_reads)
 
 
 def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:
     known, left_out = problem.known, model.left_out
-    noise = model.noise.mean_sd(np.maximum(known.counts, 1), left_out.signal) ** 2
+    noise = model.noise.mean_sd(read_once(known.counts), left_out.signal) ** 2
     variance = noise + left_out.variance + (model.load_errors[:, None] * left_out.signal) ** 2
     return TouchRows(
         touch=known.touch,
@@ -127,7 +127,7 @@ def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
     here = np.isfinite(model.left_out.residual) & (pure > 0)
     if not here.any():
         return float("nan")
-    averaged = np.where(pure > 0, pure, np.nan) / np.maximum(problem.known.counts, 1)
+    averaged = np.where(pure > 0, pure, np.nan) / read_once(problem.known.counts)
     return float(np.mean((model.left_out.residual**2 / (averaged + model.left_out.variance))[here]))
 
 

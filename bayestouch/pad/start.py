@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Pad, pad_of
 from bayestouch.data.touches import Touches
@@ -112,7 +113,7 @@ def fit_without_effects(problem: PadProblem, chosen: PadCandidate, pad: Pad) -> 
     further = None
     if chosen.has_map:
         most = max(MOST_FUNCTIONS // known.n_elements, LEAST_FUNCTIONS)
-        variance = noise.mean_variance(signal, np.maximum(known.counts, 1))
+        variance = noise.mean_variance(signal, read_once(known.counts))
         columns, left = chosen.fit.misfit.functions(variance, most)
         by_load = signal * (noise.load_sd / known.load)[:, None]
         present = known.counts > 0
@@ -135,7 +136,7 @@ def pad_noise(model: PadModel, vector: FloatArray) -> FloatArray:
     predicted = model.predict(vector).touches
     order = np.argsort(observed.touch_time_s, kind="stable")
     residual = (means.readings - predicted)[order]
-    weight = np.sqrt(np.maximum(means.counts[order], 1))
+    weight = np.sqrt(read_once(means.counts[order]))
     second = (residual[:-2] - 2 * residual[1:-1] + residual[2:]) * weight[1:-1] / np.sqrt(6)
     signal = np.abs(predicted - model.chain(vector).offset)[order][1:-1]
     sd = np.empty(model.n_elements)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
-from bayestouch.data.arrays import nearest_turn
+from bayestouch.data.arrays import nearest_turn, read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.grouping import grouped_mean
 from bayestouch.errors import InputError
@@ -98,7 +98,7 @@ def _residuals(known: KnownFinger, calibrating: TouchMeans) -> tuple[FloatArray,
 
     n_edges = np.bincount(place)
     left, at = mean(residual), np.bincount(place, weights=load[rows]) / n_edges
-    noise = mean(known.noise.tactile_sd**2 / np.maximum(calibrating.counts[rows], 1)) / n_edges[:, None]
+    noise = mean(known.noise.tactile_sd**2 / read_once(calibrating.counts[rows])) / n_edges[:, None]
     variance = np.nanmean(left**2, axis=0)
     share = np.clip(1 - np.nanmean(noise, axis=0) / np.maximum(variance, 1e-300), 0.0, 1.0)
     return angle[rows][first], np.nan_to_num(share * left) / at[:, None]

@@ -17,7 +17,7 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.errors import InputError, few, nearest, not_a
 from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import Parameter
-from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP, REST_READING
+from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP, REST_READING, REST_READS
 from bayestouch.results.tips import TipProbabilities
 
 
@@ -48,7 +48,7 @@ class TouchRows(Summarised):
     observed: FloatArray
     predicted: FloatArray
     sd: FloatArray
-    counts: NDArray[np.int64]
+    counts: FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,10 +74,16 @@ class CalibrationData(Summarised):
         """Reading at rest that was subtracted from the calibration touches, (m,); None if there was no such reading."""
         return self.extra.get(REST_READING)
 
-    def with_rest_reading(self, rest: FloatArray | None) -> Self:
-        """Copy of the calibration with another reading at rest (m,), or without one."""
-        extra = {name: values for name, values in self.extra.items() if name != REST_READING}
-        return replace(self, extra=extra if rest is None else {**extra, REST_READING: rest})
+    @property
+    def rest_reads(self) -> FloatArray | None:
+        """Number of raw reads behind `rest_reading` whose error is in the offsets of the calibration, (m,), or None."""
+        return self.extra.get(REST_READS)
+
+    def with_rest_reading(self, rest: FloatArray | None, reads: FloatArray | None = None) -> Self:
+        """Copy of the calibration with another reading at rest (m,) and its `rest_reads`, or without one."""
+        given = {REST_READING: rest, REST_READS: reads}
+        kept = {name: values for name, values in self.extra.items() if name not in given}
+        return replace(self, extra={**kept, **{name: values for name, values in given.items() if values is not None}})
 
     @property
     def has_identified_map(self) -> bool:

@@ -19,6 +19,9 @@ EFFECT_PEAK, EFFECT_ZERO, EFFECT_VALUES = "effect_peak", "effect_zero", "effect_
 EFFECT_ROOT = "effect_root"
 #: Array (m,): reading at rest that was subtracted from the calibration touches. Read by `CalibrationData.rest_reading`.
 REST_READING = "rest_reading"
+#: Array (m,) of a pad: number of raw reads behind the reading at rest that its calibration touches share; NaN where
+#: they share none. Its error is in the offsets of the calibration. Read by `CalibrationData.rest_reads`.
+REST_READS = "rest_reads"
 #: Setting: `MODEL_MAP`, or `IDENTIFIED_MAP` for a finger whose E map was identified by regression; read by
 #: `CalibrationData.has_identified_map`.
 E_MAP, MODEL_MAP, IDENTIFIED_MAP = "e_map", "model", "empirical"

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from same_touches import same_touches
 
+from bayestouch.data.baseline import Baseline, RestTally, shared_rest_reads
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.touches import Touches, numbered, touches_from
 from bayestouch.errors import InputError
@@ -120,7 +121,7 @@ def test_means_of_samples_in_contact() -> None:
     np.testing.assert_array_equal(means.angle_deg, [1.0, -2.0])
     np.testing.assert_array_equal(means.indenter_radius_mm, [np.inf, 0.0])
     np.testing.assert_array_equal(means.time_s, [1.5, 3.5])
-    assert means.counts.dtype == np.int64 and (means.n_touches, means.n_elements) == (2, 2)
+    assert (means.n_touches, means.n_elements) == (2, 2)
     assert means.x_mm is None and means.y_mm is None
 
 
@@ -227,6 +228,30 @@ def test_baseline_of_the_table_where_a_touch_has_none() -> None:
     only_apart = touches.select([0, 3]).baseline_corrected()
     assert only_apart.readings.tolist() == [[0.0], [105.0]]
     assert only_apart.notes == ("the mean of all 1 no-contact rows was subtracted",)
+
+
+def test_reads_behind_a_rest_reading_count_in_the_noise_of_a_mean() -> None:
+    """Touch 1 has two rest rows of its own (one of element 2), touch 2 none: n reads minus k count as n k/(n + k)."""
+    touches = touches_from(
+        [1, 1, 1, 1, 2],
+        [[10.0, 1.0], [12.0, np.nan], [111.0, 5.0], [113.0, 5.0], [125.0, 6.0]],
+        contact=[0, 0, 1, 1, 1],
+    )
+    corrected = touches.baseline_corrected()
+    nan = np.nan
+    np.testing.assert_array_equal(corrected.rest_reads, [*[[2.0, 1.0]] * 4, [nan, nan]])
+    np.testing.assert_allclose(corrected.averaged().counts, [[1.0, 2 / 3], [1.0, 1.0]])
+    # Read one by one, touches have the whole noise of the mean that they share, here of 2 rows (and 1 of element 2);
+    # the offsets of the calibration have that of its own rest reading, here of 4 rows and of none.
+    tally = RestTally.none(2).after(touches)
+    alone = Baseline.of(tally, each=True).subtracted(touches)
+    np.testing.assert_allclose(alone.averaged().counts, [[1.0, 2 / 3], [2 / 3, 1 / 2]])
+    both = Baseline.of(tally, each=True, before=np.array([4.0, nan])).subtracted(touches)
+    np.testing.assert_allclose(both.averaged().counts, [[1 / (1 / 2 + 1 / 2 + 1 / 4), 2 / 3], [1 / 1.75, 1 / 2]])
+    given = touches.select(touches.in_contact).baseline_corrected([1.0, 2.0])
+    assert given.rest_reads is None
+    assert shared_rest_reads(touches.select([0, 1, 2])) is None
+    np.testing.assert_array_equal(shared_rest_reads(touches), [2.0, 1.0])
 
 
 def test_no_baseline_leaves_the_readings_and_says_so() -> None:

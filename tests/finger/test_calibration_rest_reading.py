@@ -11,7 +11,10 @@ from bayestouch.results.keys import REST_READING
 
 
 def test_the_rest_reading_is_kept_only_where_there_is_one() -> None:
-    """Two rows out of contact read 4 and 8 in every element: the calibration keeps 6; without such rows nothing."""
+    """Two rows out of contact read 4 and 8 in every element: the calibration keeps 6; without such rows nothing.
+
+    Each is the mean of a million readings, so that touches do not correct it.
+    """
     pressed = known_touches(1, step=10.0)
     n, m = pressed.n_rows, len(ANGLES)
     rest = np.repeat([[4.0], [8.0]], m, axis=1)
@@ -22,6 +25,7 @@ def test_the_rest_reading_is_kept_only_where_there_is_one() -> None:
         angle_deg=np.r_[pressed.angle_deg, 0.0, 0.0],
         load=np.r_[pressed.load, 0.0, 0.0],
         contact=np.r_[np.ones(n), 0.0, 0.0],
+        reads=np.r_[np.ones(n), 1e6, 1e6],
     )
     without = calibrate_finger(dataset(pressed), contact="layer", draws=8, seed=0)
     kept = calibrate_finger(dataset(both), contact="layer", draws=8, seed=0)

@@ -20,6 +20,9 @@ def test_rest_reading_is_held_changed_and_left_out() -> None:
     np.testing.assert_array_equal(made.rest_reading, [1.0, np.nan, 3.0])
     other = made.with_rest_reading(np.ones(3))
     np.testing.assert_array_equal(other.rest_reading, np.ones(3))
+    counted = made.with_rest_reading(np.ones(3), np.full(3, 7.0))
+    np.testing.assert_array_equal(counted.rest_reads, np.full(3, 7.0))
+    assert counted.with_rest_reading(np.ones(3)).rest_reads is None
     bare = made.with_rest_reading(None)
     assert bare.rest_reading is None and type(bare) is type(made)
     assert set(other.extra) == set(made.extra) == {*bare.extra, "rest_reading"}

@@ -46,7 +46,7 @@ class MapTouches:
     load: FloatArray
     signal: FloatArray
     sd: FloatArray
-    counts: NDArray[np.int64]
+    counts: FloatArray
     repeated: NDArray[np.bool_]
     noise: Noise
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.finger.fit import FingerFit, settled_fit
+from bayestouch.finger.fit import FingerFit, settled_fit, without_offsets
 from bayestouch.finger.place.choice import choose_functions
 from bayestouch.finger.place.functions import PlaceFunctions
 from bayestouch.finger.place.posterior import PlacePosterior, joint_covariance
@@ -32,10 +32,11 @@ def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePost
         The fit, its functions of place, and a note on the choice. `fit` itself, None and no note if no functions are
         chosen.
     """
-    choice = choose_functions(fit, wanted=wanted)
+    plain = without_offsets(fit)
+    choice = choose_functions(plain, wanted=wanted)
     if choice is None:
         return fit, None, ()
-    return (*fit_with_places(fit, choice.functions), (choice.note,))
+    return (*fit_with_places(plain, choice.functions), (choice.note,))
 
 
 def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFit, PlacePosterior]:
@@ -44,6 +45,7 @@ def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFi
     Readings are linear in the weights of own functions, but not in the curvature of the surface. Therefore the radii
     of the touches include its mean, and the readings are linearised about it.
     """
+    fit = without_offsets(fit)
     known = fit.likelihood.known
     posterior: PlacePosterior | None = None
     fitted = fit

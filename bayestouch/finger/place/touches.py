@@ -90,6 +90,20 @@ class TouchesWithPlaces:
         basis = turn[:, :, k - kept :]
         return cls(basis, columns @ basis, surface, surface @ mean)
 
+    @classmethod
+    def of_offsets(cls, sd: FloatArray, shift: FloatArray) -> TouchesWithPlaces:
+        """An offset of each element that touches share, as a function of place that is constant.
+
+        Parameters
+        ----------
+        sd : (t, m) array
+            Standard deviation of the offset; zero for touches that do not share it.
+        shift : (t, m) array
+            Offset that was subtracted from the readings.
+        """
+        t, m = sd.shape
+        return cls(np.ones((m, 1, 1)), sd.T[:, :, None].copy(), np.zeros((t, m, 0)), shift)
+
     def errors(self, sd: FloatArray, by_load: FloatArray) -> ErrorsWithPlaces:
         """Errors of the readings.
 

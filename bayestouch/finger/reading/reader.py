@@ -109,7 +109,7 @@ class TouchReadings:
     """
 
     readings: FloatArray
-    counts: IntArray
+    counts: FloatArray
     load: FloatArray
     load_sd: FloatArray
     context: TouchContext | None = None

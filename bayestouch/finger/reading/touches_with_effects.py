@@ -9,6 +9,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
+from bayestouch.data.arrays import read_once
 from bayestouch.data.touches import Touches
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.draws import FingerSampler
@@ -91,7 +92,7 @@ def prepare(
         scale=scale,
         shift=shift,
         extra=np.zeros((t, m, m)),
-        reads=np.maximum(readings.counts.max(axis=1), 1).astype(float),
+        reads=read_once(readings.counts.max(axis=1)),
         slopes=timed_slopes(effects_chain, observed, signal),
         exact=plug_in,
     )

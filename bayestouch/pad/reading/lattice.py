@@ -44,7 +44,7 @@ class Lattice:
 def lattice_for(reader: PadReader) -> Lattice:
     """Lattice with a step over which the signal deviates from a straight line by less than its noise."""
     map_ = reader.map
-    counts = np.ones(map_.n_elements, dtype=np.int64)
+    counts = np.ones(map_.n_elements)
     signal, variance = reader.predict(
         _grid(map_.low, map_.high, float(map_.step.min()))[1], np.array(reader.load), counts
     )

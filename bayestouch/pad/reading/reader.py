@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.arrays import read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.errors import InputError
 from bayestouch.pad.corrected import PadEffects
@@ -46,7 +47,7 @@ class PadTouches:
     """
 
     readings: FloatArray
-    counts: IntArray
+    counts: FloatArray
     load: FloatArray
     load_sd: FloatArray
     load_scatter: float = 0.0
@@ -234,7 +235,7 @@ class PadReader:
         out[..., :-1] -= expected
         return out
 
-    def predict(self, location: FloatArray, load: FloatArray, counts: IntArray) -> tuple[FloatArray, FloatArray]:
+    def predict(self, location: FloatArray, load: FloatArray, counts: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Expected signal (reading minus offset) and variance of a mean reading, (..., m) each.
 
         Parameters
@@ -248,7 +249,7 @@ class PadReader:
         """
         sensitivity, variance, covariance = self.map.at(location, load)
         signal = load[..., None] * sensitivity
-        noise = self.noise.mean_sd(np.maximum(counts, 1), signal) ** 2
+        noise = self.noise.mean_sd(read_once(counts), signal) ** 2
         total = noise + self.map.reading_variance(variance, covariance, load)
         return signal, np.where(counts > 0, total, 1.0)
 
