@@ -49,12 +49,6 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
     return one_row_each(means, touch=np.arange(means.n_touches), load=load, **others).averaged()
 
 
-def load_unit(calibration: Calibration) -> str:
-    """Unit of loads of a calibration; none where they were not measured, and are shares of the usual load."""
-    measured = calibration.settings.get("load_measured", 1)
-    return calibration.sensor.body.load_unit if measured else ""
-
-
 def usual_load(calibration: Calibration) -> float:
     """Mean load of the calibration touches as the force sensor reads it, N/m or N; NaN if none was measured."""
     load = body_of(calibration.sensor).loads_as_read(calibration)

@@ -22,7 +22,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.model.linear import covariance_of
 from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, with_load_error
-from bayestouch.model.planned_table import load_unit, planned_table
+from bayestouch.model.planned_table import planned_table
 from bayestouch.pad.candidates import kernel_shape
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.priors import PadPriors, pad_priors, stated_priors
@@ -30,6 +30,7 @@ from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
+from bayestouch.results.units import load_unit
 from bayestouch.sampling.rank_one import inverse_root
 
 # Largest number of functions of the map of an element.

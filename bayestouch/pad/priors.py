@@ -115,7 +115,7 @@ class PadPriors:
 
     def parameters(self, kernel: Kernel, reading_unit: str, load_unit: str) -> tuple[Parameter, ...]:
         """The parameters with their descriptions, for tables and files."""
-        per_load = f"{reading_unit}/{load_unit}" if load_unit not in ("", "1") else reading_unit
+        per_load = f"{reading_unit}/{load_unit}" if load_unit else reading_unit
         typical = float(np.median(self.amplitude))
         stated = self.stated
         gain, offset = "reading per unit load right above the element", "reading without touch"

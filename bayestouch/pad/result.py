@@ -39,7 +39,7 @@ def pad_calibration_of(
     Touches are read with `map_`, by default with the tables of the model.
     """
     known = problem.known
-    load_unit = "N" if problem.load_measured else "1"
+    load_unit = sensor.body.load_unit if problem.load_measured else ""
     mean_load, load_sd = prior_of_loads(known.load) if problem.load_measured else (1.0, model.load_spread)
     notes = [*notes, *_model_notes(problem, model, name, rivals)]
     if problem.load_measured and np.ptp(known.load) == 0:
@@ -62,7 +62,7 @@ def pad_calibration_of(
             "load_measured": float(problem.load_measured),
             "load_mean": mean_load,
             "load_sd": load_sd,
-            "load_unit": load_unit,
+            "load_unit": load_unit or "1",
             "seed": float(problem.seed),
             "version": __version__,
         },

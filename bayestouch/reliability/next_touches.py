@@ -16,7 +16,7 @@ from bayestouch.diagnosis.result import Diagnosis
 from bayestouch.errors import InputError, nearest, shown
 from bayestouch.model.body import body_of
 from bayestouch.model.planned import Group
-from bayestouch.model.planned_table import load_unit, one_row_each, planned_table
+from bayestouch.model.planned_table import one_row_each, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import exact, number, plural
@@ -24,6 +24,7 @@ from bayestouch.reliability.candidate_touches import candidate_touches, touches_
 from bayestouch.reliability.choice_of_touches import ChosenTouches, lowest_sd, most_decisive
 from bayestouch.reliability.two_causes import probable_pair, two_models
 from bayestouch.results.objects import Calibration
+from bayestouch.results.units import load_unit
 
 if TYPE_CHECKING:
     from pandas import DataFrame

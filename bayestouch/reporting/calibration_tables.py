@@ -107,7 +107,7 @@ def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:
         parameter = known[name]
         return parameter.symbol, parameter.unit, str(parameter.prior), parameter.description
     symbol, meaning = _DERIVED.get(name, ("", in_words(name)))
-    unit = units_of(calibration.parameters, calibration.sensor).get(name, "")
+    unit = units_of(calibration).get(name, "")
     return symbol or in_words(name), unit, "", meaning
 
 

@@ -12,6 +12,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.data.arrays import turned
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import TouchPosteriors
+from bayestouch.results.units import load_unit
 
 
 def estimate_errors(posteriors: TouchPosteriors, name: str) -> FloatArray:
@@ -62,7 +63,7 @@ def three(values: ArrayLike) -> dict[str, Any]:
 
 def load_summary(evidence: Evidence) -> dict[str, Any]:
     """Summary of the load inferred without the force sensor, compared with its readings."""
-    unit = evidence.sensor.body.load_unit
+    unit = load_unit(evidence.posteriors)
     if evidence.without_load is None:
         return {**error_summary([]), "unit": unit, "rms_percent": None}
     summary = error_summary(load_errors(evidence))

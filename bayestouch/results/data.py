@@ -34,7 +34,7 @@ class TouchRows(Summarised):
     radius_mm : (t,) array
         Reference indenter radius r_c in mm: 0 knife edge, inf flat, NaN unknown.
     load : (t,) array
-        Measured load, N/m (finger) or N (pad); NaN where not measured.
+        Measured load, N/m (finger) or N (pad); NaN where not measured or not used.
     observed, predicted, sd : (t, m) arrays
         Mean reading, predicted reading and standard deviation of their difference, in the sensor's unit.
     counts : (t, m) int array

@@ -44,7 +44,7 @@ def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes
     """Groups and attributes of a calibration, as they are written to a file."""
     import xarray as xr
 
-    units = units_of(calibration.parameters, calibration.sensor)
+    units = units_of(calibration)
     touch = touch_coordinates(calibration.rows)
     m = calibration.sensor.n_elements
 
@@ -85,7 +85,7 @@ def touch_groups(result: PosteriorsData, first: int = 0) -> tuple[Groups, Attrib
 
     `first` is the position of the first touch in the table.
     """
-    units = units_of(result.parameters, result.sensor)
+    units = units_of(result)
     touch = touch_coordinates(result.rows, first)
     rows = _row_groups(result.rows, units, touch)
     posterior = {name: (("chain", "draw", "touch"), values) for name, values in result.posterior.items()}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.results.selection import coordinates_of
-from bayestouch.results.units import unit_of_gain
+from bayestouch.results.units import units_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -65,6 +65,6 @@ def described(calibration: CalibrationData) -> dict[str, tuple[str, str, str, st
         if each.name in calibration.posterior
     }
     if "gain" in calibration.posterior and "gain" not in found:
-        unit = unit_of_gain(calibration.sensor)
+        unit = units_of(calibration)["gain"]
         found["gain"] = ("1/G", unit, "reading per unit of compressive strain (follows from the others)", "")
     return found

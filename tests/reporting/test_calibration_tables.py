@@ -14,6 +14,7 @@ def test_only_a_parameter_with_a_value_for_each_element_has_a_smallest_and_a_lar
     """Two chains of two draws: means of 2 and 5 for two elements, of 3 for what they share."""
     calibration = SimpleNamespace(
         parameters=(),
+        settings={},
         sensor=SimpleNamespace(reading_unit="mV", body=SimpleNamespace(load_unit="N/m")),
         posterior={
             "gain": np.array([[[1.0, 5.0], [3.0, 5.0]], [[1.0, 4.0], [3.0, 6.0]]]),

@@ -18,6 +18,7 @@ from bayestouch.reporting.differences import (
     reference_composite_radius,
     three,
 )
+from bayestouch.reporting.pad import numbers as pad_numbers
 from bayestouch.reporting.pad.locations import inside_array, pad_errors
 from bayestouch.reporting.pad.numbers import _spacing
 
@@ -59,9 +60,7 @@ def test_summaries() -> None:
 
 
 def evidence(**changes: Any) -> Any:
-    return SimpleNamespace(
-        **({"without_load": None, "sensor": SimpleNamespace(body=SimpleNamespace(load_unit="N"))} | changes)
-    )
+    return SimpleNamespace(**({"without_load": None} | changes))
 
 
 def test_errors_of_the_load() -> None:
@@ -71,9 +70,23 @@ def test_errors_of_the_load() -> None:
     made = evidence(posteriors=with_load, without_load=unseen)
     np.testing.assert_array_equal(load_errors(made), [2.0, -1.0])
     found = load_summary(made)
-    assert found["unit"] == "N" and found["rms_percent"] == pytest.approx(100 * np.sqrt(2.5) / 20)
+    assert found["unit"] == "N/m" and found["rms_percent"] == pytest.approx(100 * np.sqrt(2.5) / 20)
     without = evidence(posteriors=with_load)
     assert np.isnan(load_errors(without)).all() and load_summary(without)["rms_percent"] is None
+
+
+def test_the_load_of_a_pad_is_in_the_unit_in_which_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without measured loads in the calibration it is a share, which has no unit."""
+    monkeypatch.setattr(pad_numbers, "location_errors", lambda made: np.full((1, 1), NAN))
+    monkeypatch.setattr(pad_numbers, "inside_array", lambda made: np.array([False]))
+    share = posteriors({"x": [[1.0], [2.0]], "P": [[1.0], [1.2]]}, rows=SimpleNamespace(load=np.array([NAN])))
+    share.parameters[1].unit = ""
+    made = evidence(posteriors=share)
+    assert [(each.name, each.unit) for each in pad_numbers.headline_quantities(made)] == [
+        ("location", "mm"),
+        ("load", ""),
+    ]
+    assert load_summary(made)["unit"] == ""
 
 
 def test_convergence() -> None:
@@ -225,7 +238,7 @@ def pad() -> Any:
     made = posteriors(draws, reference=reference, rows=SimpleNamespace(touch=np.arange(4)))
     made.sample_stats = {"modes": np.array([1, 2, 1, 1])}
     calibration = SimpleNamespace(mode={"x_s": np.array([0.0, 10.0]), "y": np.array([0.0, 20.0])})
-    body = SimpleNamespace(places_mm={"x": (9.0, 9.0), "y": (9.0, 9.0)}, load_unit="N")
+    body = SimpleNamespace(places_mm={"x": (9.0, 9.0), "y": (9.0, 9.0)})
     return evidence(posteriors=made, calibration=calibration, sensor=SimpleNamespace(body=body))
 
 

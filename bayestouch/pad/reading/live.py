@@ -160,7 +160,7 @@ class PadLive:
         )
         result = LiveTouch(
             (*COORDINATES[: len(mean)], "P"),
-            (*("mm",) * len(mean), "N" if self.reader.load_unit == "N" else ""),
+            (*("mm",) * len(mean), self.reader.load_unit),
             both,
             np.sqrt(whole.diagonal()),
             quantiles,

@@ -28,6 +28,7 @@ from bayestouch.reading.options import Options
 from bayestouch.reading.touch_reader import Drawn, Estimates
 from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration
+from bayestouch.results.units import load_unit
 
 EXACT = ", at its most probable values"
 
@@ -49,7 +50,7 @@ class PadTouchReader:
     sampler : PadSampler
         Draws touches, with felt loads.
     kernel, load_unit : str
-        Kernel and unit of the load of the calibration.
+        Kernel of the calibration, and the unit of its loads: none where they were not measured.
     calibrated_load : (n,) array
         Acting loads of the calibration.
     effects : PadEffects or None
@@ -80,8 +81,8 @@ class PadTouchReader:
         """
         settings = calibration.settings
         sampler = PadSampler.of(PadReader.from_calibration(calibration, plug_in=options.plug_in))
-        kernel, load_unit = str(settings["kernel"]), str(settings["load_unit"])
-        return cls(options, sampler, kernel, load_unit, calibration.rows.load, sampler.reader.effects)
+        unit = load_unit(calibration)
+        return cls(options, sampler, str(settings["kernel"]), unit, calibration.rows.load, sampler.reader.effects)
 
     @property
     def needs_whole_table(self) -> bool:
@@ -107,7 +108,7 @@ class PadTouchReader:
         prior = Normal(reader.load, reader.load_sd, 0.0)
         if self.effects is not None and reader.load_measured:
             prior = Normal(*true_load_prior(self.effects, self.calibrated_load), 0.0)
-        return (*where, Parameter("P", "P", "P", "N" if self.load_unit == "N" else "", prior, about))
+        return (*where, Parameter("P", "P", "P", self.load_unit, prior, about))
 
     @property
     def settings(self) -> dict[str, str | float]:
@@ -123,7 +124,8 @@ class PadTouchReader:
             if self.effects is None
             else corrected_means(self.effects, piece, dimensions, reader.samples, exact=exact)
         )
-        return readings if self.options.use_load else readings.without_load()
+        # A measured load is no share of the usual load: it is of no use if the calibration has no measured loads.
+        return readings if self.options.use_load and reader.load_measured else readings.without_load()
 
     def ready(self, touches: TouchMeans) -> TouchMeans:
         """The touches without the columns that the check leaves out."""
@@ -175,8 +177,7 @@ class PadTouchReader:
             sd=sd,
             counts=touches.counts,
         )
-        used = np.where(np.isfinite(block.load) & reader.load_measured, block.load, np.nan)
-        model = PadTouchModel(reader, touches, self.parameters, used, load, effects)
+        model = PadTouchModel(reader, touches, self.parameters, block.load, load, effects)
         return Estimates(posterior, stats, {**location, "P": load}, rows, model=model)
 
     def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from bayestouch.reporting.headline import HeadlineError
 from bayestouch.reporting.pad.locations import axes_of, inside_array, location_errors, pad_errors
 from bayestouch.reporting.pad.peaks import element_peaks
 from bayestouch.reporting.pad.places import about_places
+from bayestouch.results.units import load_unit
 
 
 def pad_numbers(evidence: Evidence) -> BodyNumbers:
@@ -35,7 +36,7 @@ def headline_quantities(evidence: Evidence) -> list[HeadlineError]:
     known = np.isfinite(distance)
     parts = [("location inside the array", known & inside), ("location outside the array", known & ~inside)]
     located = [HeadlineError(name, "mm", np.where(these, distance, np.nan), sd) for name, these in parts if these.any()]
-    load = HeadlineError("load", evidence.sensor.body.load_unit, load_errors(evidence), unseen.sd("P"))
+    load = HeadlineError("load", load_unit(posteriors), load_errors(evidence), unseen.sd("P"))
     return [*(located or [HeadlineError("location", "mm", distance, sd)]), load]
 
 
