@@ -17,6 +17,7 @@ from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 from bayestouch.version import __version__
 
 ONE_LOAD = (
@@ -122,13 +123,21 @@ def _load_statistics(problem: PadProblem, rivals: dict[str, PadCandidate]) -> di
 
 
 def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
-    """Mean of squared left-out residuals over the variance of pure error and prediction; NaN without repeats."""
-    pure = problem.known.pure_error_variance
-    here = np.isfinite(model.left_out.residual) & (pure > 0)
+    """Squared distance of left-out residuals from zero, over the number of readings; NaN without repeats.
+
+    The distance of a touch is that of pure error and prediction, and of its load where that was not measured: all its
+    elements share this error.
+    """
+    pure, left_out = problem.known.pure_error_variance, model.left_out
+    here = np.isfinite(left_out.residual) & (pure > 0)
     if not here.any():
         return float("nan")
     averaged = np.where(pure > 0, pure, np.nan) / read_once(problem.known.counts)
-    return float(np.mean((model.left_out.residual**2 / (averaged + model.left_out.variance))[here]))
+    sd = np.where(here, np.sqrt(averaged + left_out.variance), np.inf)
+    by_load = 0.0 if problem.load_measured else model.load_spread * np.where(here, left_out.signal, 0.0)
+    covariance = DiagonalPlusRankOne(sd, np.broadcast_to(by_load, sd.shape))
+    squares = covariance.squared_distance(np.where(here, left_out.residual, 0.0))
+    return float(squares.sum() / here.sum())
 
 
 def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: dict[str, PadCandidate]) -> list[str]:
