@@ -166,6 +166,7 @@ class FingerPriors:
                 "degree",
                 self.angle,
                 "angle of the element (the prior is of its departure from the nominal angle)",
+                relative=True,
             ),
             Parameter(
                 "response",
@@ -174,6 +175,7 @@ class FingerPriors:
                 f"{reading_unit}/(N/m)",
                 self.response or wide,
                 own if self.response else f"{own} ({IN_UNITS} its largest reading over load)",
+                relative=self.response is None,
             ),
             Parameter(
                 "noise_sd",
@@ -182,6 +184,7 @@ class FingerPriors:
                 reading_unit,
                 self.noise or LogNormal(1.0, np.log(10.0)),
                 noise if self.noise else f"{noise} ({IN_UNITS} 1 % of the element's peak)",
+                relative=self.noise is None,
             ),
             *(
                 [
@@ -192,6 +195,7 @@ class FingerPriors:
                         reading_unit,
                         self.discrepancy,
                         f"model error beyond noise ({IN_UNITS} the noise of a touch's mean)",
+                        relative=True,
                     )
                 ]
                 if discrepancy and self.discrepancy is not None
@@ -204,6 +208,7 @@ class FingerPriors:
                 "N/m",
                 self.force_noise or wide,
                 force if self.force_noise else f"{force} ({IN_UNITS} 0.5 % of the mean load)",
+                relative=self.force_noise is None,
             ),
         )
 

@@ -127,6 +127,7 @@ class PadPriors:
                 per_load,
                 stated.get("gain") or Normal(0.0, _GAIN_FACTOR * typical),
                 gain if "gain" in stated else f"{gain} (the prior scales with each one's signal)",
+                relative="gain" not in stated,
             ),
             Parameter(
                 "offset",
@@ -135,23 +136,22 @@ class PadPriors:
                 reading_unit,
                 stated.get("offset") or Normal(float(np.median(self.offset)), float(np.median(self.offset_sd))),
                 offset if "offset" in stated else f"{offset} (the prior is centred on each element's own)",
+                relative="offset" not in stated,
             ),
         ]
-        for axis, name in enumerate(COORDINATES[: self.position.shape[1]]):
-            centre = float(self.position[:, axis].mean())
-            own = stated.get(f"{name}_s")
-            about = "of its difference from" if own else "centred on each one's"
-            shared.append(
-                Parameter(
-                    f"{name}_s",
-                    f"{name}_s",
-                    f"{name}_s",
-                    "mm",
-                    own or Normal(centre, self.position_sd),
-                    f"position of the element (the prior is {about} {'the ' if own else ''}nominal place)",
-                )
+        places = (
+            Parameter(
+                name,
+                name,
+                name,
+                "mm",
+                stated.get(name) or Normal(0.0, self.position_sd),
+                "position of the element (the prior is of its difference from the nominal place)",
+                relative=True,
             )
-        return (*kernel.parameters, *shared)
+            for name in (f"{axis}_s" for axis in COORDINATES[: self.position.shape[1]])
+        )
+        return (*kernel.parameters, *shared, *places)
 
 
 def used_priors(stated: Mapping[str, Prior], chain: PadChain) -> tuple[dict[str, Prior], tuple[str, ...]]:

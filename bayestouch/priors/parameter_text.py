@@ -55,7 +55,11 @@ class PriorOfOtherCode:
 def parameters_to_json(parameters: Iterable[Parameter]) -> str:
     """Return parameters as JSON; `parameters_from_json` returns the same parameters."""
     return json.dumps(
-        [{name: getattr(one, name) for name in _TEXTS} | {"prior": _prior_to_plain(one.prior)} for one in parameters],
+        [
+            {name: getattr(one, name) for name in _TEXTS}
+            | {"prior": _prior_to_plain(one.prior), "relative": one.relative}
+            for one in parameters
+        ],
         ensure_ascii=False,
     )
 
@@ -70,7 +74,12 @@ def parameters_from_json(text: str) -> tuple[Parameter, ...]:
     """
     try:
         return tuple(
-            Parameter(prior=_prior_from_plain(one["prior"]), **{name: str(one[name]) for name in _TEXTS})
+            Parameter(
+                prior=_prior_from_plain(one["prior"]),
+                # Files of 0.1.0 say it in the description alone.
+                relative=bool(one.get("relative", "prior" in one["description"])),
+                **{name: str(one[name]) for name in _TEXTS},
+            )
             for one in json.loads(text)
         )
     except InputError:

@@ -232,7 +232,9 @@ class Parameter:
     prior : Prior
         Prior of the parameter.
     description : str
-        Short description.
+        Short description. It says what the prior is of, if `relative`.
+    relative : bool
+        Whether the prior is of a difference from a nominal value, or in another unit than `unit`.
     """
 
     name: str
@@ -241,6 +243,7 @@ class Parameter:
     unit: str
     prior: Prior
     description: str = ""
+    relative: bool = False
 
     @property
     def label(self) -> str:

@@ -14,7 +14,7 @@ from bayestouch.errors import InputError, few, nearest
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from bayestouch.priors.parameters import Parameter
+    from bayestouch.priors.parameters import Parameter, Prior
     from bayestouch.results.data import CalibrationData, PosteriorsData
 
 
@@ -56,7 +56,8 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
         -------
         matplotlib Axes
             Densities, if all elements share the parameter; otherwise mean and 90 % interval of each element. The
-            prior, or its central 90 %, is grey; it is drawn if it is stated in the unit of the parameter.
+            prior, or its central 90 %, is grey. It is drawn if it is one of the parameter itself, in its unit: not of a
+            difference from nominal values, or relative to the data.
 
         Raises
         ------
@@ -66,28 +67,33 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
     parameter = _parameter(calibration.parameters, name, calibration.posterior)
     draws = np.asarray(calibration.posterior[name])
     axes = new_axes(axes)
-    low, high = (float(np.asarray(parameter.prior.quantile(p))) for p in (0.05, 0.95))
     label = _label(parameter)
     if draws.ndim == 2:
         axes.hist(draws.ravel(), bins=40, density=True, color=BLUE, alpha=0.7, label="posterior")
-        ends = axes.get_xlim()
-        value = np.linspace(min(ends[0], low), max(ends[1], high), 400)
-        axes.plot(value, np.exp(parameter.prior.log_density(value)), color=GREY, label="prior")
+        if not parameter.relative:
+            ends, (low, high) = axes.get_xlim(), _central(parameter.prior)
+            value = np.linspace(min(ends[0], low), max(ends[1], high), 400)
+            axes.plot(value, np.exp(parameter.prior.log_density(value)), color=GREY, label="prior")
         axes.set(xlabel=label, ylabel="density")
     else:
         each = draws.reshape(-1, draws.shape[-1])
         element = np.arange(1, each.shape[1] + 1)
         middle = each.mean(axis=0)
         interval = np.quantile(each, [0.05, 0.95], axis=0)
-        # A prior of a deviation, or relative to the data, has another scale than this axis.
-        if low <= middle.min() and middle.max() <= high:
-            axes.axhspan(low, high, color=GREY, alpha=0.15, label="prior, central 90 %")
+        if not parameter.relative:
+            axes.axhspan(*_central(parameter.prior), color=GREY, alpha=0.15, label="prior, central 90 %")
         axes.errorbar(
             element, middle, np.abs(interval - middle), fmt="o", ms=4, color=BLUE, label="posterior mean, 90 % interval"
         )
         axes.set(xlabel="element", ylabel=label, xticks=element if len(element) <= 20 else element[::5])
     axes.legend(frameon=False, fontsize="small")
     return axes
+
+
+def _central(prior: Prior) -> tuple[float, float]:
+    """Ends of the central 90 %."""
+    low, high = (float(np.asarray(prior.quantile(p))) for p in (0.05, 0.95))
+    return low, high
 
 
 def plot_fit(calibration: CalibrationData, element: int = 1, axes: Axes | None = None) -> Axes:

@@ -22,8 +22,11 @@ from bayestouch.priors.parameters import LogNormal, Normal, Prior
 def test_a_prior_of_the_noise_that_was_not_stated_is_in_units_of_the_peak(stated: Prior | None, said: str) -> None:
     """A stated one is in the unit of the readings, which needs no words."""
     priors = FingerPriors(LogNormal(8.0, 0.1), Normal(0.0, 3.0), Normal(0.45, 0.02), LogNormal(1.0, 0.3), noise=stated)
-    described = {each.name: each.description for each in priors.parameters("mV", discrepancy=False)}
-    assert described["noise_sd"] == said
+    parameters = {each.name: each for each in priors.parameters("mV", discrepancy=True)}
+    assert parameters["noise_sd"].description == said
+    relative = {name for name, each in parameters.items() if each.relative}
+    own = set() if stated else {"noise_sd"}
+    assert relative == {"theta_s", "response", "discrepancy_sd", "force_noise_sd"} | own
 
 
 @pytest.mark.parametrize(

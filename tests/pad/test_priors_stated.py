@@ -152,6 +152,20 @@ def test_groups_have_the_stated_prior(dataset: bayestouch.DataSet) -> None:
     np.testing.assert_allclose(made.groups["log_prior"]["gain"], expected, rtol=1e-10)
 
 
+def test_a_prior_of_places_is_of_the_difference_from_the_nominal_ones(dataset: bayestouch.DataSet) -> None:
+    """The stated object is about 0, draws are about each place; elements are moved together by some 10 mm."""
+    made = calibrated(dataset, draws=400, groups=["prior"])
+    of = {each.name: each for each in made.parameters}
+    assert of["x_s"].prior == Normal(0.0, 3.0) and str(of["x_s"].prior) == "normal, 0 ± 3"
+    assert [name for name, each in of.items() if each.relative] == ["gain", "offset", "x_s"]
+    drawn = made.groups["prior"]["x_s"]
+    centre = drawn.mean(axis=(0, 1))
+    # 400 draws of an sd of 3 mm: 0.15 mm for a mean, 0.11 mm for an sd, four times each (a difference: six times).
+    np.testing.assert_allclose(np.diff(centre), 6.0, atol=0.9)
+    np.testing.assert_allclose(drawn.std(axis=(0, 1)), 3.0, atol=0.44)
+    assert centre[0] == pytest.approx(10.0, abs=1.0)
+
+
 def test_a_stated_prior_counts_in_plans_and_after_a_file(dataset: bayestouch.DataSet, tmp_path) -> None:
     """Gains that are known to 1e-6 stay so, whatever is planned."""
     made = calibrated(dataset, {"gain": LogNormal(13.0, 1e-6)}, draws=64)

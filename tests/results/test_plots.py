@@ -5,7 +5,27 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from posterior_cases import touches
+import pytest
+from posterior_cases import calibration, touches
+
+from bayestouch.priors.parameters import Normal, Parameter
+
+
+def parts(relative: bool, name: str) -> list[str]:
+    """Legend of a parameter that is far from the centre of its prior."""
+    parameter = Parameter(name, name, name, "", Normal(100.0, 1.0), relative=relative)
+    legend = replace(calibration(), parameters=(parameter,)).plot_parameter(name).get_legend()
+    return [] if legend is None else [text.get_text() for text in legend.get_texts()]
+
+
+@pytest.mark.parametrize(
+    ("name", "band", "others"),
+    [("r_s", "prior, central 90 %", "posterior mean, 90 % interval"), ("sigma", "prior", "posterior")],
+)
+def test_a_prior_is_drawn_if_it_is_of_the_parameter_itself(name: str, band: str, others: str) -> None:
+    """Wherever it is: a posterior far from its prior shows that they disagree."""
+    assert sorted(parts(False, name)) == sorted([band, others])
+    assert parts(True, name) == [others]
 
 
 def test_a_reference_from_0_to_360_is_drawn_beside_the_draws() -> None:
