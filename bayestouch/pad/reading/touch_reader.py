@@ -104,7 +104,9 @@ class PadTouchReader:
             Parameter(name, name, name, "mm", Uniform(float(low[k]), float(high[k])), "contact location")
             for k, name in enumerate(COORDINATES[: len(low)])
         ]
-        about = "load" if reader.load_measured else "load over that of the calibration"
+        about = "load over that of the calibration"
+        if reader.load_measured:
+            about = "load (the prior is of a load that is not measured; that of a measured one is flat)"
         prior = Normal(reader.load, reader.load_sd, 0.0)
         if self.effects is not None and reader.load_measured:
             prior = Normal(*true_load_prior(self.effects, self.calibrated_load), 0.0)

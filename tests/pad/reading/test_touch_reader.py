@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-from pad_simulation import FORCE_NOISE, flattened, flattening
+from pad_simulation import FORCE_NOISE, flattened, flattening, line
+from scipy.stats import norm
 
 import bayestouch
 
@@ -21,3 +24,32 @@ def test_measured_loads_of_a_result_are_as_read() -> None:
         np.testing.assert_allclose(result.rows.load, table.load.reshape(4, 4).mean(axis=1), rtol=1e-12)
         np.testing.assert_array_equal(result.reference["P"], result.rows.load)
     assert np.isnan(bayestouch.infer(table, calibration, use_load=False).rows.load).all()
+
+
+def test_weights_for_another_prior_of_a_measured_load_are_as_documented() -> None:
+    """Divided by the group `log_prior`: a normal prior times a measurement is a more precise measurement.
+
+    The prior that `parameters` states is that of a load that is not measured, and is not used.
+    """
+    pad, rng = line(floor=1.0), np.random.default_rng(3)
+    load = rng.uniform(0.9, 1.1, 120)
+    table = pad.touch(np.linspace(6, 32, 120)[:, None], rng, load=load, measured=True)
+    measured_sd, centre, width = 0.05, 1.05, 0.04
+    dataset = replace(pad.dataset(table), sensor=replace(pad.sensor, force_noise_sd=measured_sd))
+    calibration = bayestouch.calibrate(dataset, kernel="gaussian", e_map="model", draws=8)
+    touches = pad.touch(np.full((3, 1), 16.0), rng, load=np.array([0.95, 1.0, 1.1]), measured=True)
+    made = bayestouch.infer(touches, calibration, draws=4000, groups="log_prior")
+    weight = np.exp(norm(centre, width).logpdf(made.posterior["P"]) - made.groups["log_prior"]["P"])
+    weight /= weight.sum(axis=(0, 1))
+    mean = (weight * made.posterior["P"]).sum(axis=(0, 1))
+
+    precision = measured_sd**-2 + width**-2
+    both = (touches.load / measured_sd**2 + centre / width**2) / precision
+    better = replace(calibration, noise=replace(calibration.noise, force_sd=precision**-0.5))
+    exact = bayestouch.infer(touches.with_(load=both), better, draws=4000)
+    # Monte Carlo error of a mean of weighted draws, at 4 standard errors.
+    error = 4 * exact.sd("P") * np.sqrt((weight**2).sum(axis=(0, 1)))
+    np.testing.assert_array_less(np.abs(mean - exact.mean("P")), error)
+    assert made.parameters[-1].description == (
+        "load (the prior is of a load that is not measured; that of a measured one is flat)"
+    )
