@@ -42,7 +42,7 @@ def load_setup(path: str | Path) -> tuple[Calibration, dict[str, FloatArray] | N
         If the file is missing or damaged, or holds no calibration.
     """
     calibration = load_calibration(path)
-    groups, _, _ = read_groups(path, only=GROUP)
+    groups, _, _, _ = read_groups(path, only=GROUP)
     if GROUP not in groups:
         return calibration, None
     return calibration, {str(name): np.asarray(each.values) for name, each in groups[GROUP].data_vars.items()}

@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from bayestouch.data.arrays import nearest_turn, quantiles
+from bayestouch.data.files import check_not_read
 from bayestouch.results.data import CalibrationData, PosteriorsData
+from bayestouch.results.draws_on_file import DrawsOnFile
 from bayestouch.results.groups import Attributes, Groups, calibration_groups, touch_groups
 from bayestouch.results.netcdf import write_groups
 from bayestouch.results.schema import GROUPS, schema_attributes
@@ -37,7 +39,9 @@ def save_calibration(calibration: CalibrationData, path: str | Path) -> None:
 
 
 def save_touches(result: PosteriorsData, path: str | Path) -> None:
-    """Save posteriors of touches as netCDF; same conditions as `save_calibration`."""
+    """Save posteriors of touches as netCDF; raises as `save_calibration`, and if the file holds their draws."""
+    if isinstance(result.posterior, DrawsOnFile):
+        check_not_read(path, [result.posterior.path])
     write_groups(path, *touch_groups(result))
 
 

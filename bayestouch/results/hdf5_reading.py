@@ -46,7 +46,7 @@ def read_hdf5(
     labels: tuple[str, ...],
     largest: int,
     only: str | None = None,
-) -> tuple[Groups, dict[str, str], dict[str, tuple[int, ...]] | None]:
+) -> tuple[Groups, dict[str, str], dict[str, tuple[int, ...]] | None, tuple[str, ...]]:
     """Arrays of every group below the root, and text attributes of the root.
 
     Parameters
@@ -67,8 +67,9 @@ def read_hdf5(
 
     Returns
     -------
-    mapping, mapping, mapping or None
-        Arrays by group and name; attributes; shapes of the arrays that were not read, None if all were read.
+    mapping, mapping, mapping or None, tuple of str
+        Arrays by group and name; attributes; shapes of the arrays of `large`, None if they were read; names of groups
+        that were written on request and not read.
 
     Raises
     ------
@@ -90,13 +91,15 @@ def read_hdf5(
         left_on_file = _shapes_left_on_file(arrays.get(large, {}), axes, labels, largest)
         if left_on_file is not None:
             del arrays[large]
-        for group in _large_groups(arrays, axes, largest):
+        unread = _large_groups(arrays, axes, largest)
+        for group in unread:
             arrays[group] = {name: a for name, a in arrays[group].items() if not _of_draws(a, name, axes)}
         wanted = {name: group for name, group in arrays.items() if only in (None, name)}
         return (
             {name: {k: _read(a, k) for k, a in group.items()} for name, group in wanted.items()},
             attributes,
             left_on_file,
+            tuple(name for name in unread if name in GROUPS),
         )
 
 

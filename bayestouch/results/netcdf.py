@@ -42,11 +42,12 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes:
 
 def read_groups(
     path: str | Path, *, only: str | None = None
-) -> tuple[dict[str, xr.Dataset], dict[str, str], DrawsOnFile | None]:
-    """Every group of a netCDF file, text attributes of its root, and draws that stay on file.
+) -> tuple[dict[str, xr.Dataset], dict[str, str], DrawsOnFile | None, tuple[str, ...]]:
+    """Every group of a netCDF file, text attributes of its root, draws that stay on file, and names of groups left out.
 
     Draws of touches that are larger than `LARGEST_IN_MEMORY` are not read into memory: the third value returned gives
-    access to them. If `only` is given, no other group is read.
+    access to them. Groups that are written on request are left out if they are larger. If `only` is given, no other
+    group is read.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def read_groups(
         from bayestouch.results.hdf5_reading import read_hdf5
 
         try:
-            arrays, attributes, left = read_hdf5(
+            arrays, attributes, left, unread = read_hdf5(
                 file, "posterior", _DRAW_AXES, TOUCH_COORDINATES, LARGEST_IN_MEMORY, only
             )
             draws = None if left is None else DrawsOnFile(file.absolute(), left, stamp_of(file))
@@ -82,7 +83,7 @@ def read_groups(
         except Exception as error:
             why = " ".join(str(error).split())[:120] or type(error).__name__
             raise InputError(f"is damaged or no netCDF file ({why})", file=file) from None
-    return groups, attributes, draws
+    return groups, attributes, draws, unread
 
 
 def _labels(name: str, axes: tuple[str, ...]) -> bool:

@@ -153,7 +153,7 @@ class TouchPosteriors(PosteriorsData):
         Mean, sd and 5, 50 and 95 % quantiles of all draws, also of those not kept; empty if all draws are kept.
     groups : mapping of mappings of (chain, draw, t) or (chain, draw, t, m) arrays
         Groups of the ArviZ schema that were asked for, by group and variable. Not read from files where they take more
-        than 1 GB together: open these with xarray.
+        than 1 GB together: a note names them, and xarray opens them. What is saved then does not have them.
 
     Examples
     --------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from bayestouch.array_types import FloatArray
@@ -15,7 +16,8 @@ from bayestouch.results.objects import Calibration, TouchPosteriors
 def load(path: str | Path) -> Calibration | TouchPosteriors:
     """Calibration or posteriors of touches from a posterior file.
 
-    Draws of touches larger than 1 GB stay on file and are read when they are used.
+    Draws of touches larger than 1 GB stay on file and are read when they are used. Groups that were written on request
+    (`groups` of the result) are not read where they take more than 1 GB together; a note names them.
 
     Parameters
     ----------
@@ -43,7 +45,7 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
     >>> again.sensor == calibration.sensor, again.posterior["sigma"].shape  # chains, draws
     (True, (4, 50))
     """
-    groups, attributes, draws = read_groups(path)
+    groups, attributes, draws, unread = read_groups(path)
     kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")
     if kind not in ("calibration", "touches"):
         raise InputError("expected a posterior file that bayestouch wrote, got another netCDF file", file=path)
@@ -53,11 +55,16 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
             file=path,
         )
     try:
-        if kind == "calibration":
-            return calibration_from_groups(groups, attributes)
-        return touches_of(groups, attributes, draws)
+        of_calibration = kind == "calibration"
+        result: Calibration | TouchPosteriors = (
+            calibration_from_groups(groups, attributes) if of_calibration else touches_of(groups, attributes, draws)
+        )
     except InputError as error:
         raise InputError(error.message, file=path, column=error.column) from None
+    if not unread:
+        return result
+    note = f"not read, because they take more than 1 GB together: {', '.join(unread)} (open the file with xarray)"
+    return replace(result, notes=tuple(dict.fromkeys((*result.notes, note))))
 
 
 def load_calibration(path: str | Path) -> Calibration:
@@ -78,5 +85,5 @@ def load_touches(path: str | Path) -> TouchPosteriors:
 
 def load_grades(path: str | Path) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
     """Grades of each touch of a file (`TouchPosteriors.sample_stats`) and the notes; nothing else is read."""
-    groups, attributes, _ = read_groups(path, only="sample_stats")
+    groups, attributes, _, _ = read_groups(path, only="sample_stats")
     return grades_of(groups), notes_of(attributes)

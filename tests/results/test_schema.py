@@ -119,6 +119,9 @@ def test_groups_come_back_and_large_ones_stay_on_file(tmp_path: Path, monkeypatc
     monkeypatch.setattr(netcdf, "LARGEST_IN_MEMORY", in_all - 1)
     left = load(tmp_path / "p.nc")
     assert left.groups == {} and "ess_bulk" in left.sample_stats
+    assert left.notes[len(result.notes) :] == (
+        "not read, because they take more than 1 GB together: log_likelihood (open the file with xarray)",
+    )
     in_calibration = {
         "log_likelihood": {"whole_touch": rng.normal(size=(4, 25, 6))},
         "log_prior": {"r_s": rng.normal(size=(4, 25, 3))},

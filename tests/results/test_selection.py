@@ -145,6 +145,11 @@ def test_draws_on_file_stay_there(
         assert result.posterior.shapes["R"] == (4, 50, len(positions))
         np.testing.assert_array_equal(result.posterior["R"], posteriors.posterior["R"][..., positions])
     np.testing.assert_array_equal(some.posterior.some("R", slice(2, 4)), posteriors.posterior["R"][..., [1, 2]])
+    before = path.read_bytes()
+    for result in (lazy, some):
+        with pytest.raises(InputError, match="is read, so that it cannot be the output too; give another name"):
+            result.save(path)
+    assert path.read_bytes() == before
 
 
 def test_summaries_without_draws_are_chosen_too(posteriors: bayestouch.TouchPosteriors, tmp_path: Path) -> None:
