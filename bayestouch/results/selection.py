@@ -112,7 +112,7 @@ def _meets(values: FloatArray | IntArray, wanted: Wanted, *, turn: bool) -> NDAr
     each = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
     near = np.asarray(values[:, None], dtype=np.float64)
     if turn:
-        near = nearest_turn(near, each)
+        near = np.where(np.isfinite(each), nearest_turn(near, each), near)
     return np.asarray(np.isclose(near, each, rtol=0, atol=_ROUNDING).any(axis=1))
 
 

@@ -119,6 +119,7 @@ def test_places_of_a_pad_have_two_coordinates() -> None:
         ({"touch": slice(10, 20)}, "touch: no touch has 10 to 20; there are 0, 2, 4, 6, 8"),
         ({"place_x": 1}, "place_x: touches of this sensor are chosen by touch, tip, place"),
         ({"tip": 0, "place": 10}, "no touch meets all of tip=0, place=10"),
+        ({"place": np.inf}, "place: no touch has inf; there are -20, -10, 0, 10"),
         ({"touch": slice(0, 10, 2)}, "touch: a slice of touches has no step, got 2"),
     ],
 )
