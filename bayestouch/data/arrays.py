@@ -22,6 +22,8 @@ def quantiles(draws: FloatArray, probabilities: Sequence[float], axis: int | tup
     share of them does not exceed. Draws at other places of the remaining axes do not matter.
     """
     finite = np.isfinite(draws).all(axis=axis)
+    if not finite.size:
+        return np.empty((len(probabilities), *finite.shape))
     with np.errstate(invalid="ignore"):  # between infinite draws, which are replaced
         between = np.quantile(draws, probabilities, axis=axis)
     if finite.all():

@@ -76,11 +76,26 @@ class DrawsOnFile(Mapping[str, FloatArray]):
                 return np.asarray(draws[..., rising], dtype=np.float64)[..., back]
 
 
+_NO_DRAWS = "only summaries were kept of these posteriors, no draws"
+
+
+def require_draws(posterior: Mapping[str, FloatArray]) -> None:
+    """Raise an error if draws were not kept.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    if not posterior:
+        raise InputError(_NO_DRAWS)
+
+
 class NoDraws(Mapping[str, FloatArray]):
     """Empty mapping for results of which only summaries were kept; reading draws from it raises an `InputError`."""
 
     def __getitem__(self, name: str) -> FloatArray:
-        raise InputError("only summaries were kept of these posteriors, no draws", column=name)
+        raise InputError(_NO_DRAWS, column=name)
 
     def __contains__(self, name: object) -> bool:
         return False

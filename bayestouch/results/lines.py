@@ -70,10 +70,11 @@ def _sampler(calibration: CalibrationData) -> list[str]:
 def touches_lines(posteriors: PosteriorsData) -> list[str]:
     """Lines about posteriors of touches: touches, draws, grade, short summary of the estimates."""
     count, missed = len(posteriors.rows.touch), posteriors.missed
+    grade = f"{missed} of {count} missed the sampler's targets" if missed else "all meet the sampler's targets"
     return [
         f"TouchPosteriors of {posteriors.sensor.in_short}",
-        f"{plural(count, 'touch')}, {_draws(posteriors.posterior)}",
-        f"{missed} of {count} missed the sampler's targets" if missed else "all meet the sampler's targets",
+        f"{plural(count, 'touch')}, {_draws(posteriors.posterior)}" if count else "there are no touches",
+        *([grade] if count else []),
         *filter(None, (_estimates(posteriors, each) for each in posteriors.parameters)),
         *notes_line(posteriors.notes),
     ]

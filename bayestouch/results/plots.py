@@ -10,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import nearest_turn
 from bayestouch.errors import InputError, few, nearest
+from bayestouch.results.draws_on_file import require_draws
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,9 +133,10 @@ def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = No
     Raises
     ------
     InputError
-        If there is no such parameter.
+        If there is no such parameter, or no touch.
     """
     parameter = _parameter(posteriors.parameters, name, {**posteriors.posterior, **posteriors.estimates})
+    _require_touches(posteriors)
     axes = new_axes(axes)
     mean, (low, high) = posteriors.mean(name), posteriors.interval(name)
     reference = reference_near(posteriors, name, mean)
@@ -176,6 +178,7 @@ def plot_touch(
     place = np.flatnonzero(posteriors.rows.touch == touch)
     if not place.size:
         raise InputError(f"touch: {touch} is not among the {len(posteriors.rows.touch)} touches")
+    require_draws(posteriors.posterior)
     if names is None:
         names = shown_pair(posteriors.posterior)
     axes = new_axes(axes, 4.6, 4.4)
@@ -198,8 +201,15 @@ def plot_touch(
 
 
 def plot_residuals(posteriors: PosteriorsData, axes: Axes | None = None) -> Axes:
-    """Plot reading minus prediction divided by its standard deviation, by touch and element."""
+    """Plot reading minus prediction divided by its standard deviation, by touch and element.
+
+    Raises
+    ------
+    InputError
+        If there is no touch.
+    """
     rows = posteriors.rows
+    _require_touches(posteriors)
     axes = new_axes(axes)
     with np.errstate(invalid="ignore", divide="ignore"):
         z = (rows.observed - rows.predicted) / rows.sd
@@ -210,6 +220,11 @@ def plot_residuals(posteriors: PosteriorsData, axes: Axes | None = None) -> Axes
     assert axes.figure is not None
     axes.figure.colorbar(mesh, ax=axes, label="residual / its sd", extend="both")
     return axes
+
+
+def _require_touches(posteriors: PosteriorsData) -> None:
+    if not len(posteriors.rows.touch):
+        raise InputError("there are no touches to plot")
 
 
 def _parameter(parameters: tuple[Parameter, ...], name: str, known: Any) -> Parameter:

@@ -20,6 +20,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import nearest_turn, turned
 from bayestouch.errors import InputError
 from bayestouch.results.data import PosteriorsData
+from bayestouch.results.draws_on_file import require_draws
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,8 +56,10 @@ def shares_below(
     Raises
     ------
     InputError
-        If a name is not a parameter, an array has the wrong length, or no touch has a known true value.
+        If a name is not a parameter, an array has the wrong length, no touch has a known true value, or only summaries
+        were kept.
     """
+    require_draws(posteriors.posterior)
     known = (
         dict(truth) if truth is not None else {k: v for k, v in posteriors.reference.items() if k not in ("P", "r_c")}
     )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from posterior_cases import calibration, touches
 
+from bayestouch.errors import InputError
 from bayestouch.priors.parameters import Normal, Parameter
 
 
@@ -41,3 +42,11 @@ def test_a_reference_from_0_to_360_is_drawn_beside_the_draws() -> None:
         cross = stated.plot_touch(int(made.rows.touch[1]), ("theta_c", "R")).get_lines()
         if np.isfinite(made.reference["R"][1]):
             np.testing.assert_allclose(cross[1].get_xdata(), near[1:2], atol=1e-9)
+
+
+def test_draws_that_were_not_kept_are_not_plotted() -> None:
+    made = touches()
+    without = replace(made, posterior={}, estimates={"R": np.ones((5, len(made.rows.touch)))})
+    for plot in (lambda: without.plot_touch(int(made.rows.touch[0])), without.plot_pp):
+        with pytest.raises(InputError, match=r"^only summaries were kept of these posteriors, no draws$"):
+            plot()

@@ -162,6 +162,16 @@ def test_summaries_without_draws_are_chosen_too(posteriors: bayestouch.TouchPost
         some.posterior["R"]
 
 
+def test_no_touches(posteriors: bayestouch.TouchPosteriors) -> None:
+    none = posteriors[[]]
+    assert "there are no touches" in str(none) and "targets" not in str(none)
+    for probability in (0.9, 0.5):
+        assert [limit.shape for limit in replace(none, estimates={}).interval("R", probability)] == [(0,), (0,)]
+    for plot in (lambda: none.plot_estimates("R"), none.plot_residuals):
+        with pytest.raises(InputError, match=r"^there are no touches to plot$"):
+            plot()
+
+
 def test_a_selection_is_saved_and_read_back(posteriors: bayestouch.TouchPosteriors, tmp_path: Path) -> None:
     some = posteriors.sel(tip=0)
     some.save(tmp_path / "some.nc")
