@@ -43,7 +43,7 @@ class LogDensity(Summarised):
         Log densities (n,) of points (n, d).
     touches : callable or None
         Log likelihood (n, t) of the mean readings of each touch at points (n, d); None if the touches are not
-        independent given the parameters (drifts, corrections).
+        independent given the parameters (drifts, corrections, the empirical map of a pad).
     values, coordinates : callable
         From points (n, d) to values by the names of `Calibration.posterior`, each (n,) or (n, m), and back.
 
@@ -118,7 +118,9 @@ class LogDensity(Summarised):
             The touches are not independent given the parameters.
         """
         if self.touches is None:
-            raise InputError("drifts and corrections tie the touches together: they have no likelihood each")
+            raise InputError(
+                "drifts, corrections or an empirical map tie the touches together: they have no likelihood each"
+            )
         return self._at(x, self.touches)
 
     def to_parameters(self, x: ArrayLike) -> dict[str, FloatArray]:

@@ -7,6 +7,7 @@ import pytest
 from pad_simulation import line
 
 import bayestouch
+from bayestouch.errors import InputError
 from bayestouch.results.keys import effect_names
 
 
@@ -39,3 +40,16 @@ def test_density_is_highest_at_the_mode_of_the_calibration(
         total = density.touch_log_likelihood(points[:5]).sum(axis=1)
         np.testing.assert_allclose(total, density.log_likelihood(points[:5]), rtol=1e-9)
     assert effect_names(calibration.settings) == []
+
+
+def test_touches_have_no_likelihood_of_their_own_with_an_empirical_map(
+    made: tuple[bayestouch.DataSet, bayestouch.Calibration],
+) -> None:
+    """Without drifts and corrections the map alone is the reason, and the message names it."""
+    dataset, _ = made
+    density = bayestouch.log_density(bayestouch.calibrate(dataset, e_map="empirical", draws=8), dataset)
+    with pytest.raises(InputError) as error:
+        density.touch_log_likelihood(density.start)
+    assert str(error.value) == (
+        "drifts, corrections or an empirical map tie the touches together: they have no likelihood each"
+    )
