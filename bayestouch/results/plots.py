@@ -10,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import nearest_turn
 from bayestouch.errors import InputError, few, nearest
+from bayestouch.priors.parameter_text import PriorOfOtherCode
 from bayestouch.results.draws_on_file import require_draws
 
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
         matplotlib Axes
             Densities, if all elements share the parameter; otherwise mean and 90 % interval of each element. The
             prior, or its central 90 %, is grey. It is drawn if it is one of the parameter itself, in its unit: not of a
-            difference from nominal values, or relative to the data.
+            difference from nominal values, or relative to the data; and not of the user's own class read from a file,
+            which has no density.
 
         Raises
         ------
@@ -69,9 +71,10 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
     draws = np.asarray(calibration.posterior[name])
     axes = new_axes(axes)
     label = _label(parameter)
+    drawn = not (parameter.relative or isinstance(parameter.prior, PriorOfOtherCode))
     if draws.ndim == 2:
         axes.hist(draws.ravel(), bins=40, density=True, color=BLUE, alpha=0.7, label="posterior")
-        if not parameter.relative:
+        if drawn:
             ends, (low, high) = axes.get_xlim(), _central(parameter.prior)
             value = np.linspace(min(ends[0], low), max(ends[1], high), 400)
             axes.plot(value, np.exp(parameter.prior.log_density(value)), color=GREY, label="prior")
@@ -81,7 +84,7 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
         element = np.arange(1, each.shape[1] + 1)
         middle = each.mean(axis=0)
         interval = np.quantile(each, [0.05, 0.95], axis=0)
-        if not parameter.relative:
+        if drawn:
             axes.axhspan(*_central(parameter.prior), color=GREY, alpha=0.15, label="prior, central 90 %")
         axes.errorbar(
             element, middle, np.abs(interval - middle), fmt="o", ms=4, color=BLUE, label="posterior mean, 90 % interval"
@@ -159,6 +162,9 @@ def plot_touch(
 ) -> Axes:
     """Plot the draws of two parameters of one touch against each other, with the reference values if known.
 
+    If each sample was read, the first sample of the touch is drawn, and the legend says so.
+    ``posteriors[k].plot_touch(touch)`` draws the one at position k of the table.
+
     Parameters
     ----------
     posteriors : PosteriorsData
@@ -187,7 +193,8 @@ def plot_touch(
         _parameter(posteriors.parameters, name, posteriors.posterior)
         columns.append(np.asarray(posteriors.posterior[name][..., place[0]]).ravel())
         reference.append(float(reference_near(posteriors, name, columns[-1].mean())[place[0]]))
-    axes.plot(*columns, ".", ms=2, alpha=0.4, color=BLUE, label=f"draws of touch {touch}")
+    which = "" if place.size == 1 else f", the first of {place.size} samples"
+    axes.plot(*columns, ".", ms=2, alpha=0.4, color=BLUE, label=f"draws of touch {touch}{which}")
     if np.isfinite(reference).all():
         axes.plot(*[[value] for value in reference], "x", ms=9, mew=2, color=RED, label="reference")
     axes.set(

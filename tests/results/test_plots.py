@@ -9,6 +9,7 @@ import pytest
 from posterior_cases import calibration, touches
 
 from bayestouch.errors import InputError
+from bayestouch.priors.parameter_text import PriorOfOtherCode
 from bayestouch.priors.parameters import Normal, Parameter
 
 
@@ -50,3 +51,22 @@ def test_draws_that_were_not_kept_are_not_plotted() -> None:
     for plot in (lambda: without.plot_touch(int(made.rows.touch[0])), without.plot_pp):
         with pytest.raises(InputError, match=r"^only summaries were kept of these posteriors, no draws$"):
             plot()
+
+
+@pytest.mark.parametrize("name", ["r_s", "sigma"])
+def test_a_prior_of_other_code_from_a_file_is_not_drawn(name: str) -> None:
+    """The file has no density of it."""
+    parameter = Parameter(name, name, name, "", PriorOfOtherCode("Triangle(0.44, 0.46, 0.49)", 0.44, 0.49))
+    axes = replace(calibration(), parameters=(parameter,)).plot_parameter(name)
+    assert [text.get_text()[:9] for text in axes.get_legend().get_texts()] == ["posterior"]
+
+
+def test_the_legend_says_which_sample_of_a_touch_is_drawn() -> None:
+    made = touches()
+    samples = replace(made, rows=replace(made.rows, touch=np.array([7, 3, 3, 3, 8])))
+    shown = [samples.plot_touch(touch, ("theta_c", "R")) for touch in (7, 3)]
+    said = [
+        axes.get_legend().get_texts()[0].get_text() for axes in (*shown, samples[2].plot_touch(3, ("theta_c", "R")))
+    ]
+    assert said == ["draws of touch 7", "draws of touch 3, the first of 3 samples", "draws of touch 3"]
+    np.testing.assert_array_equal(shown[1].get_lines()[0].get_ydata(), made.posterior["R"][..., 1].ravel())
