@@ -12,6 +12,7 @@ from bayestouch.errors import InputError, about, not_a, require_whole
 from bayestouch.model.body import body_of
 from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
+from bayestouch.priors.stated import require_priors
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import chosen_groups
 
@@ -102,8 +103,8 @@ def calibrate(
     ------
     InputError
         An option does not fit the body or another option, `draws` is below 8, a calibration in `like` is of another
-        build, a prior contradicts the possible range or the nominal geometry, or the touches cannot identify the
-        parameters.
+        build, something in `priors` is no prior, a prior contradicts the possible range or the nominal geometry, or the
+        touches cannot identify the parameters.
 
     Examples
     --------
@@ -121,6 +122,7 @@ def calibrate(
     require_whole("seed", seed, 0)
     require_dataset(dataset)
     body = body_of(dataset.sensor)
+    require_priors(priors)
     if discrepancy == "none" and "discrepancy_sd" in (priors or {}):
         raise InputError('prior of discrepancy_sd: discrepancy "none" has no such parameter')
     chosen = chosen_groups(groups) or None

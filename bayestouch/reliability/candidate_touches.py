@@ -51,8 +51,8 @@ def candidate_touches(
     Raises
     ------
     InputError
-        The places have another number of coordinates, there are no loads, a load is not above zero or larger than the
-        calibration can predict, or the number of samples is not above zero.
+        The places have another number of coordinates, there are no tips or loads, a radius is below zero, a load is not
+        above zero or larger than the calibration can predict, or the number of samples is not above zero.
 
     Examples
     --------
@@ -68,7 +68,9 @@ def candidate_touches(
     where = where[:, None] if where.ndim == 1 else where
     if where.ndim != 2 or where.shape[1] != len(columns):
         raise InputError(f"places: expected an array (n, {len(columns)}) of {' and '.join(columns)}")
-    tips = np.unique(rows.radius_mm) if tips_mm is None else np.asarray(tips_mm, dtype=float)
+    tips = np.unique(rows.radius_mm) if tips_mm is None else np.atleast_1d(np.asarray(tips_mm, dtype=float))
+    if not len(tips) or (tips_mm is not None and not (tips >= 0).all()):
+        raise InputError("tips_mm: expected radii of zero and larger, and at least one")
     load = np.array([usual_load(calibration)]) if loads is None else np.atleast_1d(np.asarray(loads, dtype=float))
     reads = float(np.round(np.median(rows.counts.max(axis=1)))) if samples is None else float(samples)
     if not (1 <= reads < np.inf and reads == int(reads)):

@@ -194,8 +194,8 @@ def next_touches(
     ------
     InputError
         `about` is unknown or does not fit `source`, `places` or `quantities` do not fit `about`, a quantity is unknown,
-        there are no candidates or fewer than `count`, a candidate has no place or tip, or the calibration has an
-        identified E map.
+        there are no candidates or fewer than `count`, a candidate has no place or tip, touches are of another
+        sensor, or the calibration has an identified E map.
 
     Notes
     -----
@@ -237,6 +237,9 @@ def next_touches(
     for name, given in (("candidates", candidates), ("places", places)):
         if not (given is None or isinstance(given, Touches)):
             raise InputError(f"{name}: expected Touches, as of candidate_touches, got {type(given).__name__}")
+        m = calibration.sensor.n_elements
+        if given is not None and given.n_elements != m:
+            raise InputError(f"{name}: expected touches of {m} elements, got {given.n_elements}")
     table = candidate_touches(calibration) if candidates is None else candidates
     means = planned_table(table, calibration)
     if not (isinstance(count, int | np.integer) and 1 <= count <= means.n_touches):

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import nearest_turn, turned
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, not_a
 from bayestouch.results.data import PosteriorsData
 from bayestouch.results.draws_on_file import require_draws
 
@@ -56,9 +56,11 @@ def shares_below(
     Raises
     ------
     InputError
-        If a name is not a parameter, an array has the wrong length, no touch has a known true value, or only summaries
-        were kept.
+        If these are no posteriors, a name is not a parameter, an array has the wrong length, no touch has a known true
+        value, or only summaries were kept.
     """
+    if not isinstance(posteriors, PosteriorsData):
+        raise not_a("posteriors of touches", posteriors, "bayestouch.infer makes them, bayestouch.load reads them")
     require_draws(posteriors.posterior)
     known = (
         dict(truth) if truth is not None else {k: v for k, v in posteriors.reference.items() if k not in ("P", "r_c")}

@@ -155,6 +155,8 @@ def simulate(
     (4, 4)
     """
     design = FingerDesign() if design is None else design
+    if not isinstance(effects, Mapping | None):
+        raise InputError(f"effects: expected sizes by name, such as {{'creep': 0.05}}, got {shown(effects)}")
     effects = {name: _size(name, value) for name, value in (effects or {}).items()}
     require_whole("seed", seed, 0)
     of_sensor, of_plan, of_noise = (np.random.default_rng([seed, stream]) for stream in range(3))

@@ -21,6 +21,12 @@ def check_not_negative(**values: float) -> None:
             raise InputError(f"{name}: expected a finite number, zero or larger, got {value:g}")
 
 
+def check_ratio(poisson_ratio: float) -> None:
+    """Refuse a Poisson's ratio that no rubber has."""
+    if not 0 <= poisson_ratio <= 0.5:
+        raise InputError(f"poisson_ratio: expected a ratio from 0 to 0.5, got {poisson_ratio:g}")
+
+
 def check_range(load_range: tuple[float, float]) -> None:
     """Refuse a load range that is not of two positive, finite loads in order."""
     if len(load_range) != 2 or not 0 < load_range[0] <= load_range[1] < np.inf:

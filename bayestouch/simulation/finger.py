@@ -11,13 +11,13 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
-from bayestouch.contact import composite_radius
+from bayestouch.contact import CONTACT_MODELS, composite_radius
 from bayestouch.data.sensor import Finger, Rubber, Sensor
 from bayestouch.effects import Setting
-from bayestouch.errors import InputError, require_whole
+from bayestouch.errors import InputError, require_whole, unknown_name
 from bayestouch.output.summary import Summarised
 from bayestouch.paper.published import TABLE_3
-from bayestouch.simulation.checks import check_not_negative, check_positive, check_range
+from bayestouch.simulation.checks import check_not_negative, check_positive, check_range, check_ratio
 from bayestouch.simulation.plan import EffectValues, Plan
 from bayestouch.simulation.series import summed_strain
 
@@ -66,7 +66,7 @@ class FingerDesign(Summarised):
     Raises
     ------
     InputError
-        A number is not finite, has the wrong sign, or does not fit the others.
+        A number is not finite, has the wrong sign, or does not fit the others; or the contact model is unknown.
 
     Examples
     --------
@@ -120,7 +120,10 @@ class FingerDesign(Summarised):
             calibration_span_deg=self.calibration_span_deg,
             touch_span_deg=self.touch_span_deg,
         )
+        check_ratio(self.poisson_ratio)
         check_range(self.load_range)
+        if self.contact not in CONTACT_MODELS:
+            raise unknown_name("contact model", self.contact, CONTACT_MODELS)
         if not 0 < self.core_radius_mm < self.sensing_radius_mm < self.outer_radius_mm < np.inf:
             radii = f"{self.core_radius_mm:g}, {self.sensing_radius_mm:g} and {self.outer_radius_mm:g} mm"
             raise InputError(f"expected 0 < core_radius_mm < sensing_radius_mm < outer_radius_mm, got {radii}")

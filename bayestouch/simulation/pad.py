@@ -18,7 +18,7 @@ from bayestouch.data.sensor import Pad, Rubber, Sensor
 from bayestouch.effects import Setting
 from bayestouch.errors import InputError, require_whole
 from bayestouch.output.summary import Summarised
-from bayestouch.simulation.checks import check_not_negative, check_positive, check_range
+from bayestouch.simulation.checks import check_not_negative, check_positive, check_range, check_ratio
 from bayestouch.simulation.plan import EffectValues, Plan
 
 
@@ -100,6 +100,7 @@ class PadDesign(Summarised):
             force_noise_sd=self.force_noise_sd,
             margin_mm=self.margin_mm,
         )
+        check_ratio(self.poisson_ratio)
         check_range(self.load_range)
         axes = {"element_x_mm": self.element_x_mm}
         if self.element_y_mm is not None:

@@ -40,6 +40,12 @@ def test_impossible_loads_are_refused(loads: list[float]) -> None:
         bayestouch.candidate_touches(calibrated(), loads=loads)
 
 
+@pytest.mark.parametrize("tips", [[], [-1.0], [0.0, np.nan]])
+def test_impossible_tips_are_refused(tips: list[float]) -> None:
+    with pytest.raises(bayestouch.InputError, match="tips_mm: expected radii of zero and larger, and at least one"):
+        bayestouch.candidate_touches(calibrated(), tips_mm=tips)
+
+
 def test_the_usual_number_of_samples_is_whole() -> None:
     one = calibrated()
     n = len(one.rows.counts)

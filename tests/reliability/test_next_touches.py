@@ -144,6 +144,16 @@ def test_options_that_would_not_be_used_are_named(changes: dict[str, object], wo
         bayestouch.next_touches(calibrated("pad"), **changes)  # type: ignore[arg-type]
 
 
+def test_touches_of_another_sensor_are_refused() -> None:
+    pad, m = calibrated("pad"), calibrated("finger").sensor.n_elements
+    other = bayestouch.candidate_touches(calibrated("finger"))
+    for changes in ({"candidates": other}, {"about": "places", "places": other}):
+        (name,) = changes.keys() - {"about"}
+        words = f"{name}: expected touches of {pad.sensor.n_elements} elements, got {m}"
+        with pytest.raises(bayestouch.InputError, match=words):
+            bayestouch.next_touches(pad, **changes)  # type: ignore[arg-type]
+
+
 def test_a_table_names_the_unit_of_each_column() -> None:
     frame = bayestouch.next_touches(calibrated("pad"), count=2, about="places").to_dataframe()
     units = {"tip": "mm", "x_mm": "mm", "load": "N", "gain": "", "x_sd": "mm"}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from known_fingers import sensor
 from matplotlib.figure import Figure
+from posterior_cases import calibration
 
 import bayestouch
 from bayestouch.errors import InputError
@@ -184,3 +185,12 @@ def test_texts_of_the_legend() -> None:
     curve = next(line for line in axes.get_lines() if line.get_label() == texts[1])
     np.testing.assert_allclose(curve.get_xdata(), [0, *[0.5] * 40, 1])
     np.testing.assert_allclose(curve.get_ydata(), [0, *(np.arange(1, 41) / 40), 1])
+
+
+def test_other_things_than_posteriors_are_refused() -> None:
+    for other, got in ((calibration(), "Calibration"), ("p.nc", "'p.nc'")):
+        with pytest.raises(InputError) as error:
+            bayestouch.pp_plot(other)  # type: ignore[arg-type]
+        assert str(error.value) == (
+            f"expected posteriors of touches, got {got}; bayestouch.infer makes them, bayestouch.load reads them"
+        )

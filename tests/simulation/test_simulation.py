@@ -268,6 +268,7 @@ def test_embedded_finger_is_small() -> None:
         ({"seed": -1}, "seed: expected a whole number"),
         ({"seed": 3.0}, "seed: expected a whole number"),
         ({"effects": {"creep": "x"}}, "effect creep: expected a number"),
+        ({"effects": ["creep"]}, r"effects: expected sizes by name, such as \{'creep': 0.05\}, got \['creep'\]"),
     ],
 )
 def test_bad_arguments(arguments: dict[str, object], message: str) -> None:
@@ -291,6 +292,9 @@ def test_bad_arguments(arguments: dict[str, object], message: str) -> None:
         (FingerDesign, {"touch_radii_mm": ()}, "touch_radii_mm"),
         (FingerDesign, {"touch_radii_mm": (-1.0,)}, "touch_radii_mm"),
         (FingerDesign, {"shear_modulus_MPa": np.nan}, "shear_modulus_MPa"),
+        (FingerDesign, {"poisson_ratio": np.nan}, "poisson_ratio: expected a ratio from 0 to 0.5, got nan"),
+        (FingerDesign, {"contact": "x"}, "unknown contact model 'x'; known are hertz, approximate frictionless, layer"),
+        (PadDesign, {"poisson_ratio": 0.6}, "poisson_ratio: expected a ratio from 0 to 0.5, got 0.6"),
         (PadDesign, {"thickness_mm": -2.0}, "thickness_mm"),
         (PadDesign, {"n_touches": 0}, "n_touches"),
         (PadDesign, {"load_range": (3.0, 1.0)}, "load_range"),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, not_a
 from bayestouch.output.progress import Progress, staged
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import plural
@@ -115,7 +115,7 @@ def compare(
     Raises
     ------
     InputError
-        If the two are of different kinds, or as in `bayestouch.report`.
+        If one is no data set and no calibration, the two are of different kinds, or as in `bayestouch.report`.
 
     Examples
     --------
@@ -133,6 +133,10 @@ def compare(
     from bayestouch.reporting.comparison.numbers import compared
     from bayestouch.reporting.comparison.writing import write_comparison
 
+    for each in (first, second):
+        if not isinstance(each, DataSet | Calibration):
+            how = "bayestouch.load_dataset(folder) and bayestouch.load(file) read them"
+            raise not_a("a data set or a calibration", each, how)
     if isinstance(first, Calibration) is not isinstance(second, Calibration):
         raise InputError("expected two data sets or two calibrations, got one of each")
     if first.sensor.body.kind != second.sensor.body.kind:

@@ -81,3 +81,12 @@ def test_parameters_in_different_units_are_not_compared() -> None:
     assert in_other_units(one, other) == [name] and in_other_units(one, one) == []
     assert name not in {row["parameter"] for row in compared_parameters(one, other)}
     assert name in {row["parameter"] for row in compared_parameters(one, one)}
+
+
+def test_paths_are_not_compared(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as error:
+        bayestouch.compare("a.nc", calibration(), tmp_path / "out")  # type: ignore[arg-type]
+    assert str(error.value) == (
+        "expected a data set or a calibration, got 'a.nc'; bayestouch.load_dataset(folder) and bayestouch.load(file) "
+        "read them"
+    )
