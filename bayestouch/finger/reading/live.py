@@ -110,7 +110,12 @@ class FingerLive:
         if context is not None:
             readings = (readings - context.shift[0]) / context.scale[0]
         start, distant = self._start(readings, diagonal, load)
-        found = _climb(one, one.expansion(start), NEAR)
+        corrected = one
+        if stream is not None and stream.corrects_load and load == load:
+            # The mode for the load as read may be far from that for the true load, and so has another covariance.
+            corrected = stream.with_true_load(one, float(start[1]))
+            start, distant = self._start(readings, diagonal, corrected.load)
+        found = _climb(corrected, corrected.expansion(start), NEAR)
         columns = None
         if self.covariance is not None:
             w, angle, pressed = found.x.tolist()

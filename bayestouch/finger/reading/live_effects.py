@@ -152,6 +152,11 @@ class FingerStream:
             slopes=np.array(slopes).reshape(-1, 2, 1, m),
         )
 
+    def with_true_load(self, one: OneTouch, angle: float) -> OneTouch:
+        """A touch at an angle (rad) with the corrected load, whose error counts as independent of the readings."""
+        loads = self._true_load(one, angle)
+        return one.with_(load=float(loads.load[0]), load_sd=float(loads.sd[0]))
+
     def acting(
         self, one: OneTouch, found: Expansion, context: EffectContext, columns: FloatArray | None, variance: FloatArray
     ) -> tuple[OneTouch, FloatArray]:
@@ -160,7 +165,8 @@ class FingerStream:
         Parameters
         ----------
         one, found : OneTouch, Expansion
-            The touch without drifts and corrected load, and the expansion at its mode.
+            The touch without drifts and corrected load, and the expansion at its mode (for the result of
+            `with_true_load`, if the load is corrected).
         context : EffectContext
             From `context`.
         columns : (m + q, m) array or None
@@ -170,10 +176,7 @@ class FingerStream:
         """
         signal = (found.rows[0] - context.shift[0]) / context.scale[0]
         if self.corrects_load and one.load == one.load:
-            degrees = np.array([np.degrees(found.x[1])])
-            loads = true_loads(
-                self.effects_chain, degrees, np.array([one.load]), np.array([one.load_sd]), exact=self.exact
-            )
+            loads = self._true_load(one, float(found.x[1]))
             context = self._with_loads(context, loads, columns, signal)
             one = one.with_(load=float(loads.load[0]), load_sd=float(loads.sd[0]), context=context)
         covariance = self.covariance(columns, context, signal)
@@ -221,6 +224,10 @@ class FingerStream:
             along = context.loads.slope[chain.model.n_base :, 0] @ values / context.loads.sd[0]
             total -= np.outer(along, along)
         return np.asarray(total)
+
+    def _true_load(self, one: OneTouch, angle: float) -> TrueLoads:
+        degrees, load, sd = (np.array([each]) for each in (np.degrees(angle), one.load, one.load_sd))
+        return true_loads(self.effects_chain, degrees, load, sd, exact=self.exact)
 
     def _with_loads(
         self, context: EffectContext, loads: TrueLoads, columns: FloatArray | None, signal: FloatArray
