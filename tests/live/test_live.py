@@ -195,6 +195,22 @@ def test_a_missing_element_is_left_out() -> None:
     np.testing.assert_array_less(np.abs(found.sd / sd[0] - 1), SD)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("with_load", [True, False], ids=["load", "no load"])
+def test_one_element_alone_is_read_and_flagged(with_load: bool) -> None:
+    """Location and load change one reading alike, so that nothing but their priors tells them apart."""
+    data, calibration = sensor("finger")
+    means, reader = data.touches.averaged(), Reader(calibration)
+    values = np.where(np.arange(8) == 2, means.readings, np.nan)
+    loads = means.load if with_load else [None] * means.n_touches
+    for reading, load in zip(values, loads, strict=True):
+        found = reader.read(reading, load, reads=20)
+        assert np.isfinite(found.mean).all() and (found.sd > 0).all()
+        assert "readings and load are fewer than the unknowns" in found.flags
+    pair = np.where(np.isin(np.arange(8), [2, 3]), means.readings[0], np.nan)
+    assert reader.read(pair, float(means.load[0]), reads=20).flags == ()
+
+
 @pytest.mark.parametrize("load", [0.0, -0.02])
 def test_a_load_below_zero_is_no_error(load: float) -> None:
     """The force sensor has an offset, and the touch has only begun."""

@@ -68,6 +68,16 @@ def conditional_modes(
 # Formulas for 2 x 2 matrices are written out: LAPACK needs ten times as long.
 
 
+def bounded_product(product: FloatArray, one: FloatArray, other: FloatArray) -> FloatArray:
+    """Scalar products (...) of vectors, from their scalar products and those of each with itself, all (...).
+
+    Where one reading alone is present the vectors are parallel, and rounding errors of numbers of 32 bits make the
+    product larger than that of the lengths: the matrix of the three then has no inverse.
+    """
+    most = np.sqrt(one * other)
+    return np.asarray(np.minimum(np.maximum(product, -most), most))
+
+
 def root_of_inverse(curvature: FloatArray) -> FloatArray:
     """Lower Cholesky factor ``l11, l21, l22`` of the inverse, (t, g, 3), of matrices as 11, 12, 22, (3, t, g)."""
     c11, c12, c22 = curvature
@@ -107,6 +117,7 @@ def _expand(posterior: FingerPosterior, w: FloatArray, rest: FloatArray, blocks:
     def product(one: NDArray[np.floating], other: NDArray[np.floating]) -> FloatArray:
         return np.asarray(np.einsum("tgm,tgm->tg", one, other), dtype=np.float64)
 
+    of_angle, of_load = product(by_angle, by_angle), product(by_load, by_load)
     inside: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=-1, keepdims=True)
     safe = np.where(inside, prior, 0.0)
     bend = np.maximum((2 * safe[..., :1] - safe[..., [1, 3]] - safe[..., [2, 4]]) / steps**2, 0.0)
@@ -120,8 +131,8 @@ def _expand(posterior: FingerPosterior, w: FloatArray, rest: FloatArray, blocks:
             prior[..., 0] - 0.5 * product(z[:, :, 0], z[:, :, 0]),
             half[0] * (safe[..., 1] - safe[..., 2] - product(by_angle, z[:, :, 0])),
             half[1] * (safe[..., 3] - safe[..., 4] - product(by_load, z[:, :, 0])),
-            half[0] ** 2 * product(by_angle, by_angle) + bend[..., 0],
-            half[0] * half[1] * product(by_angle, by_load),
-            half[1] ** 2 * product(by_load, by_load) + bend[..., 1],
+            half[0] ** 2 * of_angle + bend[..., 0],
+            half[0] * half[1] * bounded_product(product(by_angle, by_load), of_angle, of_load),
+            half[1] ** 2 * of_load + bend[..., 1],
         ]
     )

@@ -13,7 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.finger.reading.conditional_modes import ANGLE_STEP, LEAST_WEIGHT, LOAD_STEP, LONGEST_STEP
+from bayestouch.finger.reading.conditional_modes import (
+    ANGLE_STEP,
+    LEAST_WEIGHT,
+    LOAD_STEP,
+    LONGEST_STEP,
+    bounded_product,
+)
 from bayestouch.finger.reading.live_density import OneTouch
 
 # Newton steps of location and load for the indenters: largest number, and length (sd) at which the search ends.
@@ -111,7 +117,7 @@ def _conditional_modes(
         square = (differences @ differences.swapaxes(1, 2)).astype(np.float64).reshape(g, 9).T
         by_angle, by_load = 0.5 / ANGLE_STEP, 0.5 / load_step
         c11 = square[4] * by_angle**2 + 1 / (high - low) ** 2
-        c12 = square[5] * by_angle * by_load
+        c12 = bounded_product(square[5], square[4], square[8]) * by_angle * by_load
         c22 = square[8] * by_load**2 + precision + LEAST_WEIGHT / scale**2
         d1, d2 = -square[1] * by_angle, -square[2] * by_load
         value = log_prior - 0.5 * square[0]

@@ -31,6 +31,7 @@ IMPROBABLE, BENT = 1e-4, 0.3
 MISFIT = "the readings fit no touch of this sensor"
 CUT = "part of the posterior of R is outside the grid"
 NOT_NORMAL = "location and load are not nearly normal for a given indenter"
+TOO_FEW = "readings and load are fewer than the unknowns"
 NAMES, UNITS = ("R", "theta_c", "P"), ("mm", "degree", "N/m")
 _DEGREE = 180 / np.pi
 
@@ -146,6 +147,8 @@ class Alternatives:
         if grid is None:
             # The mode may be at a radius that no tip has.
             chi_square, degrees = _of_best_tip(one, nodes), degrees + 1
+        if degrees < 0:
+            flags = [*flags, TOO_FEW]
         misfit = float(chdtrc(degrees, chi_square)) if degrees > 0 else np.nan
         if misfit < IMPROBABLE:
             flags = [*flags, MISFIT]

@@ -27,6 +27,11 @@ def test_newton_step() -> None:
     np.testing.assert_allclose(length[0, 0], np.sqrt(gradient @ wanted))
 
 
+def test_a_product_is_not_larger_than_that_of_the_lengths() -> None:
+    product, one, other = np.array([1.0, 6.0 + 1e-6, -6.0 - 1e-6]), np.full(3, 4.0), np.full(3, 9.0)
+    np.testing.assert_array_equal(module.bounded_product(product, one, other), [1.0, 6.0, -6.0])
+
+
 class Linear:
     """Three residuals that are linear in location and load, and go with w; a normal prior of the load."""
 

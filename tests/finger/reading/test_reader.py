@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from live_cases import sensor
 
 import bayestouch
 from bayestouch.data.touches import touches_from
@@ -85,6 +86,16 @@ def test_touches_beyond_the_priors_are_not_good(method: str, use_load: bool) -> 
     alone = bayestouch.infer(inside, calibration, **options)
     for name, values in alone.posterior.items():
         np.testing.assert_array_equal(found.posterior[name][..., :2], values)
+
+
+@pytest.mark.filterwarnings("error")
+def test_one_element_alone_does_not_tell_the_load() -> None:
+    """Its reading changes with location and load alike: rounding errors of 32 bits must not tell them apart."""
+    data, calibration = sensor("finger")
+    some = data.touches.select(np.isin(data.touches.touch, np.unique(data.touches.touch)[10:16]))
+    touches = some.with_(readings=np.where(np.arange(8) == 2, some.readings, np.nan))
+    found = bayestouch.infer(touches, calibration, use_load=False, check_sensor=False, draws=128, workers=1)
+    assert (found.sd("P") > 5.0).all()
 
 
 @pytest.mark.parametrize("outer", [12.7, 3.7, 7.9, 12.6])
