@@ -65,13 +65,23 @@ def asked(data: bayestouch.DataSet, chain: Any, touch: tuple[np.ndarray, ...], r
     )
 
 
-def test_an_effect_that_bends_the_readings_at_any_load() -> None:
-    """Between the loads at which the covariance is tabulated, an sd was 30 % too large."""
-    data, one = sensor("finger", (("gain_nonlinearity", -0.1),), ("gain_nonlinearity",))
+@pytest.mark.parametrize(
+    ("effect", "size", "radius", "angle_deg"),
+    [
+        ("gain_nonlinearity", -0.1, 4.0, 2.0),
+        pytest.param("surface_profile", 0.05, 9.0, 2.0, marks=pytest.mark.slow),
+        ("proximity", 0.06, 0.8, -24.0),
+    ],
+)
+def test_an_effect_that_bends_the_readings_at_any_load(
+    effect: str, size: float, radius: float, angle_deg: float
+) -> None:
+    """Between the loads at which the covariance is tabulated, an sd was up to 30 % too large."""
+    data, one = sensor("finger", ((effect, size),), (effect,))
     reader = FingerTouchReader.from_calibration(one, Options())
     assert reader.effects_chain is not None
     load = reader.typical_load * np.array([0.8, 1.2, 1.4, 1.7, 2.0])
-    touch = np.full(5, 4.0), np.full(5, np.radians(2.0)), load
+    touch = np.full(5, radius), np.full(5, np.radians(angle_deg)), load
     context = blank_context(reader.effects_chain, 5, exact=True)
 
     def chain(*touch: np.ndarray) -> np.ndarray:

@@ -14,7 +14,8 @@ from bayestouch.errors import InputError
 # Knots in log(1 + κ/κ_s), spacing in θ_c (rad) and loads over the typical one. A peak is 4° wide, so that the error of
 # linear interpolation over half a degree is 1 % of the calibration's part of the covariance.
 KAPPAS, ANGLE_STEP, LOADS = 16, np.radians(0.5), (0.25, 1.0, 3.0)
-# Loads where an effect bends the readings: between those of `LOADS` an sd of R would be up to 30 % too large.
+# Loads where readings of the same κ are not in proportion to the load: between those of `LOADS` an sd of R would be up
+# to 30 % too large.
 LOADS_OF_BEND = (0.25, 0.6, 0.9, 1.2, 1.6, 2.2, 3.0)
 # Touches whose covariance is computed together.
 PART = 2048

@@ -37,12 +37,20 @@ def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: boo
 
 
 def bends(effects_chain: ChainWithEffects) -> bool:
-    """Whether an effect that is equal in all samples is not in proportion to the signal."""
-    context, one = blank_context(effects_chain, 1, exact=True), np.ones(1)
-    peak = effects_chain.model.peak[None]
-    touch = 3.0 * one, 0.0 * one, effects_chain.model.reference_load * one, np.zeros(1, dtype=np.int64)
-    nothing, half, whole = (context.readings(size * peak, *touch) for size in (0.0, 0.5, 1.0))
-    return not np.allclose(whole - nothing, 2 * (half - nothing), rtol=1e-6, atol=0)
+    """Whether an effect that is equal in all samples keeps readings of the same κ from being in proportion to the load.
+
+    A curvature of the surface does, too: κ then is not that of a round finger.
+    """
+    if effects_chain.model.chain(effects_chain.vector).surface is not None:
+        return True
+    context, model = blank_context(replace(effects_chain, correction_table=None), 1, exact=True), effects_chain.model
+
+    def readings(size: float) -> FloatArray:
+        radius, load = 0.2 * model.finger.outer_radius_mm / size, size * model.reference_load
+        at = [np.array([each]) for each in (radius, 0.0, load)]
+        return np.asarray(context.readings(size * model.peak[None], at[0], at[1], at[2], np.zeros(1, dtype=np.int64)))
+
+    return not np.allclose(readings(1.0), 2 * readings(0.5), rtol=1e-6, atol=0)
 
 
 @dataclass(frozen=True, eq=False)
