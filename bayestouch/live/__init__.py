@@ -169,13 +169,12 @@ class Reader(Summarised):
         Raises
         ------
         InputError
-            If the number of elements is wrong, or a number is infinite; a missing one is NaN.
+            If the number of elements is wrong, or a number is infinite or too large; a missing one is NaN.
         """
         samples = np.atleast_2d(self._numbers(values))
         if samples.shape[1:] != (self._body.n_elements,) or not len(samples):
             raise InputError(f"rest reading: expected {self._body.n_elements} elements, got shape {samples.shape}")
-        if np.isinf(samples).any():
-            raise InputError("rest reading: a number is infinite; a missing one is NaN")
+        _require_not_huge("rest reading", samples)
         here = ~np.isnan(samples)
         total, count = np.where(here, samples, 0.0).sum(axis=0), here.sum(axis=0)
         self.rest_reading = np.where(count > 0, total / np.maximum(count, 1), self.rest_reading)
@@ -238,8 +237,7 @@ class Reader(Summarised):
         sample = self._numbers(values)
         if sample.shape != (m,):
             raise InputError(f"values: expected {m} readings, one for each element, got shape {sample.shape}")
-        if (huge := np.abs(sample) > LARGEST).any():
-            raise InputError(f"values: element {int(huge.argmax()) + 1} is infinite or too large; a missing one is NaN")
+        _require_not_huge("values", sample)
         if np.isnan(sample).all():
             raise InputError("values: all readings are missing")
         count = _number("reads", reads)
@@ -260,7 +258,9 @@ class Reader(Summarised):
                 )
             return 0.0
         now = _number("time_s", time_s)
-        if not now >= self._time_s or np.isinf(now):
+        if not np.isfinite(now):
+            raise InputError(f"time_s: expected a finite number, got {now:g}")
+        if now < self._time_s:
             raise InputError(f"time_s: expected a time that is not before {self._time_s:g} s, got {now:g} s")
         self._time_s = now
         return now
@@ -278,3 +278,10 @@ def _number(name: str, value: float) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise InputError(f"{name}: expected a number, got {shown(value)}") from None
+
+
+def _require_not_huge(name: str, values: FloatArray) -> None:
+    """Refuse readings (..., m) that are infinite or too large."""
+    if (huge := np.abs(values) > LARGEST).any():
+        element = int(huge.reshape(-1, values.shape[-1]).any(axis=0).argmax()) + 1
+        raise InputError(f"{name}: element {element} is infinite or too large; a missing one is NaN")

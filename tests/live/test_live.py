@@ -328,8 +328,13 @@ def test_bad_input_gives_one_line() -> None:
     for name in ("load", "reads", "time_s"):
         with pytest.raises(InputError, match=f"{name}: expected a number, got 'x'"):
             reader.read(values, **{name: "x"})
-    with pytest.raises(InputError, match="a number is infinite"):
-        reader.rest(np.full(8, np.inf))
+    for number in (np.inf, -1e13):
+        rest = np.where(np.arange(8) == 2, number, np.zeros((5, 8)))
+        with pytest.raises(InputError, match="rest reading: element 3 is infinite or too large; a missing one is NaN"):
+            reader.rest(rest)
+    for time_s in (np.nan, np.inf):
+        with pytest.raises(InputError, match=f"^time_s: expected a finite number, got {time_s}$"):
+            reader.read(values, time_s=time_s)
     with pytest.raises(InputError, match="unknown parameter 'Q'"):
         reader.read(values)["Q"]
     reader.new_touch()
