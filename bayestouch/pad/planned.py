@@ -2,8 +2,9 @@
 
 A calibration stores the variance of its empirical map at each place, but not the covariance of two places. The map is
 therefore written out again as random functions over the touches of the calibration and those that are planned, and is
-conditioned on the readings of the calibration. Kernel, noise, and the size and the length of the map are those of the
-calibration. With effects, readings and loads are as corrected for them, and the values of the effects count as known.
+conditioned on the readings of the calibration. What is known of the kernel's parameters is that of the draws. Noise and
+the map's size and length are those of the calibration. With effects, readings and loads are as corrected for them, and
+the values of the effects count as known.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.pad import COORDINATES, PadChain, element_pitch
 from bayestouch.chain.pad_map import PadMap
@@ -70,6 +71,11 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     of_prior = [_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]
     precision = np.append(of_prior, np.ones(functions.shape[2]))
     information = white.T @ white + np.diag(precision)
+    if of_kernel := [parameter.name for parameter in chain.kernel.parameters]:
+        # Bounds cut off the posterior of the kernel: to first order it would be several times as wide.
+        kernel = own.shape[2] - len(of_kernel) + np.arange(len(of_kernel))
+        drawn = np.cov([calibration.posterior[each].ravel() for each in of_kernel])
+        information = _with_covariance_of(information, kernel, np.atleast_2d(drawn))
     covariance = covariance_of(information)
     # What a user asks for is the true load.
     acts = np.ones(means.n_touches) if effects is None else effects.acting_slope(effects.pressed(means.load))
@@ -111,14 +117,28 @@ def _known(calibration: Calibration) -> TouchMeans:
 
 
 def _chain(calibration: Calibration, priors: PadPriors) -> tuple[PadChain, tuple[Prior, ...]]:
-    """The chain at the mode of a calibration, and the priors of its parameters."""
-    mode, dimensions = calibration.mode, priors.position.shape[1]
+    """The chain at the posterior mean of a calibration, and the priors of its parameters.
+
+    At the mode a parameter of the kernel may be at a bound, where the readings need not depend on it.
+    """
+    dimensions = priors.position.shape[1]
+    mean = {name: draws.mean(axis=(0, 1)) for name, draws in calibration.posterior.items()}
     location = np.stack(list(calibration.rows.location.values()), axis=1)
     pitch = element_pitch(priors.position, float(np.ptp(location, axis=0).max()))
     kernel = priors.kernel(kernel_for(str(calibration.settings["kernel"]), calibration.sensor, pitch))
-    position = np.stack([mode[f"{axis}_s"] for axis in COORDINATES[:dimensions]], axis=1)
-    values = np.array([float(mode[parameter.name]) for parameter in kernel.parameters])
-    return PadChain(kernel, values, mode["gain"], mode["offset"], position), priors.of(kernel)
+    position = np.stack([mean[f"{axis}_s"] for axis in COORDINATES[:dimensions]], axis=1)
+    values = np.array([float(mean[parameter.name]) for parameter in kernel.parameters])
+    return PadChain(kernel, values, mean["gain"], mean["offset"], position), priors.of(kernel)
+
+
+def _with_covariance_of(information: FloatArray, rows: IntArray, covariance: FloatArray) -> FloatArray:
+    """Information (d, d) by which the unknowns `rows` (k,) have this covariance; the others go with them as before."""
+    others = np.setdiff1d(np.arange(len(information)), rows)
+    cross = information[np.ix_(rows, others)]
+    by_others = cross @ covariance_of(information[np.ix_(others, others)]) @ cross.T
+    out = information.copy()
+    out[np.ix_(rows, rows)] = covariance_of(covariance) + by_others
+    return out
 
 
 def _precision(prior: Prior, value: float) -> float:
