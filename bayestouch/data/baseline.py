@@ -150,7 +150,9 @@ class Baseline:
         if self.general is None:
             return touches.with_(notes=(*touches.notes, self.note))
         away, shape = ~touches.in_contact, touches.readings.shape
-        reads = np.full(shape, np.nan) if self.reads is None else np.broadcast_to(self._with_noise(self.reads), shape)
+        reads = np.full(shape, np.nan)
+        if self.reads is not None:
+            reads = np.broadcast_to(combined_reads(self.reads, self.before), shape)
         if not self.own or not away.any():
             return _subtracted(touches, np.tile(self.general, (touches.n_rows, 1)), self.note, reads)
         ids, group = groups(touches.touch)
@@ -160,14 +162,19 @@ class Baseline:
         count = np.stack([np.bincount(members, weights * some, len(ids)) for some in there.T], axis=1)
         # Before the rows are spread: one value for each touch.
         offset, known = np.where(np.isnan(own), self.general, own), count > 0
-        reads = np.where(known[group], self._with_noise(np.where(known, count, np.nan))[group], reads)
+        reads = np.where(known[group], combined_reads(np.where(known, count, np.nan), self.before)[group], reads)
         return _subtracted(touches, offset[group], self.note, reads)
 
-    def _with_noise(self, reads: FloatArray) -> FloatArray:
-        """Reads with the noise of a rest reading of so many reads and, if it counts, of that of the calibration."""
-        if self.before is None:
-            return reads
-        return np.asarray(1 / (1 / reads + np.nan_to_num(1 / self.before)))
+
+def combined_reads(reads: FloatArray, before: FloatArray | None) -> FloatArray:
+    """Number of reads whose mean has the noise of a rest reading and of that of the calibration together, (..., m).
+
+    `reads` (..., m) are those of the rest reading; `before` (m,) as in `Baseline.of`, NaN where it does not count.
+    """
+    if before is None:
+        return np.asarray(reads, dtype=np.float64)
+    with np.errstate(divide="ignore"):
+        return np.asarray(1 / (1 / reads + np.nan_to_num(1 / before)))
 
 
 def rest_reading(touches: SampleRows) -> FloatArray | None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.baseline import combined_reads
 from bayestouch.errors import InputError, about, shown
 from bayestouch.live.files import load_setup, save_setup
 from bayestouch.model.body import body_of
@@ -23,7 +24,7 @@ from bayestouch.results.objects import Calibration
 #: Largest reading: the sum of squares of readings in units of their noise stays a number of 32 bits.
 LARGEST = 1e12
 #: Name of the rest reading among the tables of a saved reader.
-REST = "rest_reading"
+REST, READS = "rest_reading", "rest_reads"
 
 
 class Reader(Summarised):
@@ -102,6 +103,8 @@ class Reader(Summarised):
         self._body: LiveBody = body.live(calibration, options, arrays)
         rest = calibration.rest_reading
         self.rest_reading: FloatArray = np.zeros(self._body.n_elements) if rest is None else np.nan_to_num(rest)
+        # Number of raw reads behind it; None for that of the calibration, which has no noise of its own.
+        self._rest_reads: FloatArray | None = None
         self.restart()
 
     def summary_lines(self) -> list[str]:
@@ -166,6 +169,9 @@ class Reader(Summarised):
     def rest(self, values: ArrayLike) -> None:
         """Use these readings without contact, (m,) or (samples, m), as the rest reading from now on.
 
+        The noise of their mean counts as noise of each touch, as in `bayestouch.infer`: one reading at rest has as much
+        noise as one reading of a touch.
+
         Raises
         ------
         InputError
@@ -178,6 +184,8 @@ class Reader(Summarised):
         here = ~np.isnan(samples)
         total, count = np.where(here, samples, 0.0).sum(axis=0), here.sum(axis=0)
         self.rest_reading = np.where(count > 0, total / np.maximum(count, 1), self.rest_reading)
+        before = np.full(len(count), np.inf) if self._rest_reads is None else self._rest_reads
+        self._rest_reads = np.where(count > 0, combined_reads(count, self.calibration.rest_reads), before)
 
     def save(self, path: str | Path) -> None:
         """Write the calibration, the rest reading and the tables of this reader to one file.
@@ -189,7 +197,10 @@ class Reader(Summarised):
         InputError
             If the file cannot be written.
         """
-        save_setup(path, self.calibration, {**self._body.arrays(), REST: self.rest_reading})
+        rest = {REST: self.rest_reading}
+        if self._rest_reads is not None:
+            rest |= {READS: self._rest_reads}
+        save_setup(path, self.calibration, {**self._body.arrays(), **rest})
 
     @classmethod
     def load(
@@ -209,17 +220,18 @@ class Reader(Summarised):
         """
         reader = cls.__new__(cls)
         calibration, arrays = load_setup(path)
-        rest = None if arrays is None else arrays.pop(REST, None)
+        rest, reads = (None if arrays is None else arrays.pop(name, None) for name in (REST, READS))
         with about(path):
             reader._set(calibration, arrays, indenter, plug_in, use_load)
             if rest is not None:
                 reader.rest(rest)
+            reader._rest_reads = reads
         return reader
 
     def _added(self, sample: FloatArray, pressed: float, reads: float, now: float) -> LiveTouch:
         """Posterior of the held touch, or of a new one, after a sample that was checked."""
         if self._held is None:
-            self._held = HeldTouch.none(self._body.n_elements)
+            self._held = HeldTouch.none(self._body.n_elements, self._rest_reads)
             if self._stream is not None:
                 self._stream.begin(now)
         if self._stream is None:

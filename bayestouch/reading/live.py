@@ -104,24 +104,33 @@ class HeldTouch:
     ----------
     total : (m,) array
         Sum of the readings minus the rest reading, weighted by raw reads; missing readings are left out.
-    counts : (m,) array
+    raw_counts : (m,) array
         Number of raw reads of each element.
     load_total, load_count : float
         Weighted sum of the measured loads (N/m or N), and its weight; 0 if no load was measured.
     samples : int
         Number of samples.
+    rest_reads : (m,) array or None
+        Number of raw reads behind the rest reading of the touch; None if its noise is not the touch's own.
     """
 
     total: FloatArray
-    counts: FloatArray
+    raw_counts: FloatArray
     load_total: float = 0.0
     load_count: float = 0.0
     samples: int = 0
+    rest_reads: FloatArray | None = None
 
     @classmethod
-    def none(cls, n_elements: int) -> HeldTouch:
+    def none(cls, n_elements: int, rest_reads: FloatArray | None = None) -> HeldTouch:
         """A touch without samples."""
-        return cls(np.zeros(n_elements), np.zeros(n_elements))
+        return cls(np.zeros(n_elements), np.zeros(n_elements), rest_reads=rest_reads)
+
+    @property
+    def counts(self) -> FloatArray:
+        """Number of raw reads with the noise of the mean readings, (m,), as `TouchMeans.counts`."""
+        n = self.raw_counts
+        return n if self.rest_reads is None else np.asarray(n / (1 + n / self.rest_reads))
 
     def after(self, values: FloatArray, load: float, reads: float = 1.0) -> HeldTouch:
         """The touch with one more sample: readings (m,), NaN missing, and a load, NaN not measured."""
@@ -130,16 +139,17 @@ class HeldTouch:
         measured = load == load
         return HeldTouch(
             total,
-            self.counts + reads * here,
+            self.raw_counts + reads * here,
             self.load_total + (reads * load if measured else 0.0),
             self.load_count + (reads if measured else 0.0),
             self.samples + 1,
+            self.rest_reads,
         )
 
     @property
     def readings(self) -> FloatArray:
         """Mean readings (m,); 0 where missing."""
-        return np.asarray(self.total / np.maximum(self.counts, 1e-300))
+        return np.asarray(self.total / np.maximum(self.raw_counts, 1e-300))
 
     @property
     def load(self) -> float:

@@ -304,8 +304,40 @@ def test_the_rest_reading_is_subtracted() -> None:
     values, load = data.touches.readings[0], float(data.touches.load[0])
     reader, shift = Reader(calibration), np.linspace(5.0, 9.0, 8)
     wanted = reader.read(values, load).mean
-    reader.rest(np.stack([reader.rest_reading + shift - 1, reader.rest_reading + shift + 1]))
-    np.testing.assert_allclose(reader.read(values + shift, load).mean, wanted)
+    # So many that their noise is nothing beside that of one reading.
+    reader.rest(np.tile([reader.rest_reading + shift - 1, reader.rest_reading + shift + 1], (5000, 1)))
+    np.testing.assert_allclose(reader.read(values + shift, load).mean, wanted, rtol=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["finger", "line"])
+def test_the_noise_of_a_rest_reading_is_that_of_infer(kind: str, tmp_path: Path) -> None:
+    """Four rows at rest and a touch of sixteen reads: the noise of its mean has five times the variance."""
+    data, calibration = sensor(kind)
+    where = data.touches.angle_deg if kind == "finger" else data.touches.x_mm
+    assert where is not None
+    middle = int(np.abs(where - np.median(where)).argmin())
+    table = data.touches.select(np.full(2, middle))
+    zero = np.zeros(table.n_elements) if calibration.rest_reading is None else calibration.rest_reading
+    rest = zero + np.linspace(-1.0, 1.0, table.n_elements)
+    both = table.with_(
+        readings=np.stack([rest, table.readings[1]]),
+        contact=np.array([0.0, 1.0]),
+        reads=np.array([4.0, 16.0]),
+        sample=np.arange(2),
+        rest_reads=None,
+    )
+    drawn_ = bayestouch.infer(both, calibration, draws=4000, seed=1, check_sensor=False)
+    reader = Reader(calibration)
+    reader.rest(np.tile(rest, (4, 1)))
+    reader.save(tmp_path / "live.nc")
+    for each in (reader, Reader.load(tmp_path / "live.nc")):
+        live = each.read(both.readings[1], float(both.load[1]), reads=16)
+        for k, name in enumerate(live.names):
+            assert live.sd[k] == pytest.approx(drawn_.sd(name)[0], rel=SD)
+            assert abs(live.mean[k] - drawn_.mean(name)[0]) < MEAN * live.sd[k]
+    plain = Reader(calibration).read(both.readings[1] - rest + zero, float(both.load[1]), reads=16)
+    k = plain.names.index("theta_c" if kind == "finger" else "x")
+    assert live.sd[k] > 1.1 * plain.sd[k]  # the calibration adds the same error to both
 
 
 def test_bad_input_gives_one_line() -> None:

@@ -52,7 +52,7 @@ class PadStream:
         if self.samples == "first" and held.samples:
             return replace(held, samples=held.samples + 1)
         if self.samples == "last":
-            held = replace(HeldTouch.none(len(values)), samples=held.samples)
+            held = replace(HeldTouch.none(len(values), held.rest_reads), samples=held.samples)
         return held.after(values, load, reads)
 
     def end(self) -> None:
