@@ -86,4 +86,4 @@ def diagnose(
     options = {**body.own({"contact": contact, "kernel": kernel}), "draws": draws, "sample": sample, "seed": seed}
     with about(dataset.path):
         traced = trace(dataset, body, **options, scheduler=scheduler, progress=progress)
-    return Diagnosis.of(traced, options)
+    return Diagnosis.of(traced, dataset, options)

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.causes import IN_TIME, causes, drifts_not_added
 from bayestouch.diagnosis.change import standard_errors
+from bayestouch.diagnosis.fingerprints import data_fingerprints
 from bayestouch.diagnosis.imitations import Named, with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
@@ -22,8 +24,8 @@ from bayestouch.results.objects import Calibration
 Numbers = dict[str, Any]
 
 
-def diagnosis_numbers(traced: Traced) -> Numbers:
-    """Content of ``diagnosis.json`` in plain types; None for what the data cannot give."""
+def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
+    """Content of ``diagnosis.json`` of a data set in plain types; None for what the data cannot give."""
     data, after, remaining = traced.data, traced.after, traced.remaining
     held = traced.before.held_out
     said = verdict(len(traced.added), remaining, traced.returned)
@@ -34,6 +36,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
             "touches": len(np.unique(data.table.touch[data.training | data.held_out])),
             "elements": data.dataset.sensor.n_elements,
             "held_out_touches": data.n_held_out,
+            "fingerprints": data_fingerprints(dataset),
         },
         "noise_floor_percent_peak": _noise_floor(traced),
         "noise_from_repeats": _has_repeats(traced),

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
 
+    from bayestouch.data.dataset import DataSet
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Summarised):
@@ -62,9 +64,10 @@ class Diagnosis(Summarised):
     traced: Traced
 
     @classmethod
-    def of(cls, traced: Traced, options: Mapping[str, Any]) -> Diagnosis:
-        """Diagnosis from the results of the search."""
-        return cls(diagnosis_numbers(traced), traced.before.calibration, traced.after.calibration, options, traced)
+    def of(cls, traced: Traced, dataset: DataSet, options: Mapping[str, Any]) -> Diagnosis:
+        """Diagnosis of a data set from the results of the search."""
+        numbers = diagnosis_numbers(traced, dataset)
+        return cls(numbers, traced.before.calibration, traced.after.calibration, options, traced)
 
     @property
     def verdict(self) -> str:

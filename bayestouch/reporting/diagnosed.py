@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -95,12 +96,15 @@ def _beside_regressions(numbers: dict[str, Any], traced: Traced, dataset: DataSe
 
 
 def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
-    """Diagnosis that `bayestouch diagnose` wrote to a folder.
+    """Diagnosis that `bayestouch diagnose` wrote to a folder, for a report on a data set as it was read.
+
+    A sensor is known by the values in its `sensor.toml` and by its calibration touches (if it has no calibration table,
+    by its touches). A diagnosis that was made from other touches of this sensor is taken, with a note.
 
     Raises
     ------
     InputError
-        If the folder has no diagnosis, or one that is damaged or of another sensor.
+        If the folder has no diagnosis, or one that is damaged, of another sensor or of another calibration.
     """
     from bayestouch.diagnosis.outcome import sentences
     from bayestouch.diagnosis.writing import MODEL
@@ -115,14 +119,30 @@ def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
     model, kind = folder / MODEL, dataset.sensor.body.kind
     if model.is_file() and (of := read_model(model).body) != kind:
         raise InputError(f"expected a diagnosis of a {kind}, got one of a {of}", file=model)
+    notes = _other_data(numbers["data"].get("fingerprints"), dataset, file)
     pictures = tuple(_read(folder, each) for each in numbers.pop("figures")[:_SHOWN])
     # Regressions are made in a report alone, so that `bayestouch diagnose` never wrote this.
     numbers.pop("baselines", None)
     said = {
+        "notes": [*numbers.get("notes", []), *notes],
         "sentences": sentences(numbers, with_causes=False),
         "made": f"read from {folder.resolve().name}/{file.name}",
     }
     return Diagnosed({**numbers, **said}, _of_report(pictures), folder.resolve().name)
+
+
+def _other_data(saved: Mapping[str, str | None] | None, dataset: DataSet, file: Path) -> tuple[str, ...]:
+    """Notes on what differs between the data of a diagnosis and a data set; an error if the sensor is another one."""
+    from bayestouch.diagnosis.fingerprints import data_fingerprints
+
+    if saved is None:
+        return ("the diagnosis does not say from which data it was made: whether it is of this sensor is not checked",)
+    differs = {each for each, value in data_fingerprints(dataset).items() if saved[each] != value}
+    if "sensor" in differs:
+        raise InputError("expected a diagnosis of this sensor, got one made with another sensor.toml", file=file)
+    if "calibration" in differs or (dataset.calibration is None and differs):
+        raise InputError("expected a diagnosis of this sensor, got one made with other calibration touches", file=file)
+    return ("the diagnosis was made from other touches of this sensor",) if differs else ()
 
 
 def _read(folder: Path, described: dict[str, str]) -> Picture:

@@ -42,6 +42,7 @@ def _object(rest: _Schema | bool = True, *null: str, later: Mapping[str, _Schema
 _TEXT = _one_of("text", "string")
 _NUMBER = _one_of("a number", "number", exclusiveMinimum=-_LARGEST, exclusiveMaximum=_LARGEST)
 _PERHAPS = {**_NUMBER, "description": "a number or null", "type": ["number", "null"]}
+_HASH = _one_of("a hash or null", "string", "null", maxLength=64)
 _PROBABILITY = _one_of("a probability", "number", minimum=0, maximum=1)
 _ERRORS = _object(_PERHAPS, prediction_error_percent_peak=_PERHAPS)
 _LIMITS = _object(low=_PERHAPS, high=_PERHAPS, expected=_NUMBER)
@@ -54,7 +55,11 @@ _EFFECT = _object(
 #: JSON Schema (draft 2020-12) of what a report reads from the file.
 SCHEMA = _object(
     verdict=_one_of(" or ".join(sorted(VERDICTS)), "string", enum=sorted(VERDICTS)),
-    data=_object(elements=_NUMBER, held_out_touches=_NUMBER),
+    data=_object(
+        elements=_NUMBER,
+        held_out_touches=_NUMBER,
+        later={"fingerprints": _object(sensor=_HASH, calibration=_HASH, touches=_HASH)},
+    ),
     before=_ERRORS,
     after=_ERRORS,
     noise_floor_percent_peak=_PERHAPS,

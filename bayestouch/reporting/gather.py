@@ -71,7 +71,7 @@ def gather(
     _require_readings(dataset)
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
-    saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
+    saved = saved_diagnosis(diagnosis, given) if isinstance(diagnosis, Path) else None
     reads = partial(_read, dataset, embedded, truth, seed, draws, plug_in, progress)
     if diagnosis is False:
         return reads()
