@@ -22,14 +22,15 @@ class Interrupted(Exception):
 
 def check_output(path: Path, *inputs: Path) -> None:
     """Raise an error if a file cannot be written at this path, or is an input, before the computation starts."""
-    from bayestouch.data.files import check_not_read, check_writable
+    from bayestouch.data.files import check_not_read, check_writable, file_to_write
 
-    if not path.parent.exists():
-        folder = shlex.quote(str(path.parent))
-        raise InputError(f"the folder to write into does not exist; make it with: mkdir -p {folder}", file=path.parent)
-    if path.is_dir():
-        raise InputError("expected the name of a file to write, this is a folder", file=path)
-    check_writable(path)
+    target = file_to_write(path)
+    if not target.parent.exists():
+        folder = shlex.quote(str(target.parent))
+        raise InputError(
+            f"the folder to write into does not exist; make it with: mkdir -p {folder}", file=target.parent
+        )
+    check_writable(target)
     check_not_read(path, inputs)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -14,6 +15,8 @@ from bayestouch.errors import InputError
 def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a temporary file in the folder of `path`; it replaces `path` when the block ends without an error.
 
+    If `path` is a symbolic link, the file is replaced that it leads to.
+
     Yields
     ------
     Path
@@ -23,9 +26,10 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The folder cannot be written to. An `InputError` from the block that names no file is raised with `path`.
+        The folder cannot be written to, or `path` is a folder, pipe or device. An `InputError` from the block that
+        names no file is raised with `path`.
     """
-    target = Path(path)
+    target = file_to_write(path)
     temporary = target.with_name(temporary_name(target.name))
     try:
         yield temporary
@@ -37,6 +41,26 @@ def replacing(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def file_to_write(path: str | Path) -> Path:
+    """Return the path of the file that is written under this name: that to which a symbolic link leads.
+
+    Raises
+    ------
+    InputError
+        What is there is no regular file: a folder, a pipe or a device, which a new file would replace.
+    """
+    target = Path(path)
+    try:
+        if target.is_symlink():
+            target = Path(os.path.realpath(target))
+        if target.exists() and not target.is_file():
+            kind = "a folder" if target.is_dir() else "no regular file"
+            raise InputError(f"expected the name of a file to write, this is {kind}", file=path)
+    except OSError as error:  # a name that is too long
+        raise InputError(f"cannot be written: {error.strerror or error}", file=path) from error
+    return target
 
 
 def temporary_name(name: str) -> str:
@@ -92,13 +116,10 @@ def write_together(writers: Mapping[Path, Callable[[Path], None]]) -> None:
     Raises
     ------
     InputError
-        As `replacing`, or a path is a folder; then no file is replaced.
+        As `replacing`; then no file is replaced.
     """
     with ExitStack() as stack:
         for path, write in writers.items():
-            # A folder is found only when the file is renamed, and others have been renamed before it.
-            if path.is_dir():
-                raise InputError("expected the name of a file to write, this is a folder", file=path)
             write(stack.enter_context(replacing(path)))
 
 

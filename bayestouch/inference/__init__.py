@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.files import check_not_read
+from bayestouch.data.files import check_not_read, file_to_write
 from bayestouch.data.survey import survey
 from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, source_of
 from bayestouch.data.touches import Touches
@@ -152,9 +152,7 @@ def infer_to_file(
     progress: Progress | None = None,
 ) -> None:
     """Write the posteriors of all touches to a file, block by block; `infer` does this and then opens the file."""
-    path = Path(output)
-    if path.is_dir():
-        raise InputError("expected the name of a file to write, this is a folder", file=path)
+    path = file_to_write(output)
     if not isinstance(touches, Touches):
         check_not_read(path, [touches])
     run, source = _run(touches, calibration, options)

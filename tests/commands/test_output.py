@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     bayestouch.save_dataset(dataset(known_touches(1, step=30.0)), tmp_path / "fing")
     for name in ("t.csv", "cal.nc", "model.toml", "earlier.nc"):
         (tmp_path / name).write_text(name)
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "lost.nc").symlink_to(Path("new") / "lost.nc")
     monkeypatch.chdir(tmp_path)
 
     def computed(*_: object, **__: object) -> None:
@@ -49,6 +52,13 @@ def test_an_input_is_not_overwritten(command: str, folder: Path, capsys: pytest.
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
+def test_a_table_through_a_link_is_not_overwritten_either(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("link.csv").symlink_to("t.csv")
+    assert main(["infer", "t.csv", "--calibration", "cal.nc", "-o", "link.csv"]) == 2
+    assert "link.csv: is read, so that it cannot be the output too" in capsys.readouterr().err
+    assert Path("t.csv").read_text() == "t.csv"
+
+
 def test_python_does_not_overwrite_its_table_either(tmp_path: Path) -> None:
     from bayestouch.inference import Options, infer_to_file
 
@@ -67,7 +77,14 @@ def test_python_does_not_overwrite_its_table_either(tmp_path: Path) -> None:
         ("report fing -o t.csv", "t.csv: expected the name of a folder to write"),
         ("calibrate fing -o fing", "fing: expected the name of a file to write"),
         ("calibrate fing -o new/c.nc", "new: the folder to write into does not exist"),
-        (f"calibrate fing -o {'c' * 300}", f"{'c' * 300}: File name too long"),
+        (f"calibrate fing -o {'c' * 300}", f"{'c' * 300}: cannot be written: File name too long"),
+        ("calibrate fing -o pipe", "pipe: expected the name of a file to write, this is no regular file"),
+        (
+            "infer t.csv --calibration cal.nc -o pipe",
+            "pipe: expected the name of a file to write, this is no regular file",
+        ),
+        ("check fing --plot pipe", "pipe: expected the name of a file to write, this is no regular file"),
+        ("calibrate fing -o lost.nc", "new: the folder to write into does not exist"),
         (f"check {'a' * 300}", f"{'a' * 300}: File name too long"),
         (f"infer {'a' * 300} --calibration cal.nc -o p.nc", f"{'a' * 300}: File name too long"),
     ],

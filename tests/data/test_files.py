@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,30 @@ def test_a_folder_of_the_name_of_one_file_keeps_all_files_as_they_were(tmp_path:
     with pytest.raises(InputError, match="b: expected the name of a file to write, this is a folder"):
         write_together({path: lambda temporary: temporary.write_text("new") and None for path in names})
     assert sorted(tmp_path.iterdir()) == names and [names[0].read_text(), names[2].read_text()] == ["old", "old"]
+
+
+def test_a_pipe_is_no_file_to_write(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("pipe")
+    for path in (tmp_path / "pipe", tmp_path / "link"):
+        with pytest.raises(InputError) as caught, replacing(path):
+            raise AssertionError("written")
+        assert str(caught.value) == f"{path}: expected the name of a file to write, this is no regular file"
+    assert (tmp_path / "pipe").is_fifo() and (tmp_path / "link").is_symlink()
+
+
+@pytest.mark.parametrize("before", ["old", None])
+def test_of_a_link_the_file_is_written_to_which_it_leads(tmp_path: Path, before: str | None) -> None:
+    """As `open` writes, and with it numpy and pandas: also where the file does not exist yet."""
+    folder, link = tmp_path / "folder", tmp_path / "link"
+    folder.mkdir()
+    if before is not None:
+        (folder / "file").write_text(before)
+    link.symlink_to(Path("folder") / "file")
+    with replacing(link) as temporary:
+        temporary.write_text("new")
+    assert link.is_symlink() and (folder / "file").read_text() == "new"
+    assert [each.name for each in folder.iterdir()] == ["file"]
 
 
 @pytest.mark.parametrize("name", ["n" * 255, "µ" * 127])

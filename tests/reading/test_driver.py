@@ -62,6 +62,18 @@ def test_a_file_of_blocks_holds_what_memory_would(
 
 
 @pytest.mark.usefixtures("small_blocks")
+def test_a_link_leads_to_the_file_that_is_written(
+    read: tuple[Touches, Calibration], whole: TouchPosteriors, tmp_path: Path
+) -> None:
+    link = tmp_path / "link.nc"
+    (tmp_path / "results").mkdir()
+    link.symlink_to(Path("results") / "posterior.nc")
+    same(bayestouch.infer(*read, draws=DRAWS, seed=5, output=link), whole)
+    assert link.is_symlink()
+    same(bayestouch.load(tmp_path / "results" / "posterior.nc"), whole)
+
+
+@pytest.mark.usefixtures("small_blocks")
 @pytest.mark.parametrize("where", ["memory", "file"])
 def test_draws_are_thinned_and_summaries_are_of_all(
     read: tuple[Touches, Calibration], whole: TouchPosteriors, where: str, tmp_path: Path
