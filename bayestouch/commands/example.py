@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from bayestouch.commands.options import spoken
-from bayestouch.commands.output import say
+from bayestouch.commands.output import check_new_dataset, say
 
 
 @click.command(short_help="Write an example data set.")
@@ -22,6 +22,7 @@ def example(name: str, output: Path, quiet: bool, as_json: bool) -> None:
     """
     from bayestouch.simulation.examples import EXAMPLES, save_example
 
+    check_new_dataset(output)
     dataset = save_example(name, output)
     count = dataset.touches.n_touches
     facts = {"folder": str(output), "touches": count, "source": dict(dataset.sensor.source)}

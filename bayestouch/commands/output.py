@@ -45,6 +45,19 @@ def check_folder(path: Path) -> None:
         check_writable(path / "index.html")
 
 
+def check_new_dataset(folder: Path) -> None:
+    """Raise an error if a folder holds a data set that is not simulated: what was measured cannot be made again."""
+    from bayestouch.data.dataset import dataset_files
+    from bayestouch.simulation import TRUTH
+
+    if (folder / TRUTH).is_file():
+        return
+    for file in dataset_files(folder):
+        if file.is_file():
+            why = f"the data set is not simulated (no {TRUTH} beside it)"
+            raise InputError(f"exists already and is not replaced: {why}; give another folder", file=file)
+
+
 def say(
     text: str, facts: Mapping[str, Any], *, quiet: bool, as_json: bool, notes: Sequence[str] = (), head: str = ""
 ) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from bayestouch.commands.options import OneOf, seeded, spoken
-from bayestouch.commands.output import say
+from bayestouch.commands.output import check_new_dataset, say
 from bayestouch.data.geometry import BODIES
 from bayestouch.errors import InputError
 from bayestouch.output.progress import progress_bar
@@ -34,6 +34,7 @@ def simulate(output: Path, effects: tuple[str, ...], body: str, seed: int, quiet
     from bayestouch.simulation import DESIGNS, save_simulated
     from bayestouch.simulation import simulate as simulate_dataset
 
+    check_new_dataset(output)
     if body not in DESIGNS:
         raise InputError(f"--body: a {body} cannot be simulated; expected {' or '.join(DESIGNS)}")
     sizes = _effects(effects)

@@ -97,7 +97,9 @@ def save_simulated(
 ) -> None:
     """Write the data set to a folder, with the true values in ``truth.json`` if `truth` is True.
 
-    If it is False, the true values of another data set that was in the folder are removed.
+    If it is False, the true values of another data set that was in the folder are removed. As `save_dataset`, this
+    replaces a data set that was in the folder, measured or not. (The commands `simulate` and `example` replace a
+    simulated one only.)
 
     Raises
     ------

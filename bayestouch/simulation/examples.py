@@ -53,6 +53,8 @@ EXAMPLES = {
 def save_example(name: str, path: str | Path) -> DataSet:
     """Write an example data set to a folder, in the format of `bayestouch.load_dataset`.
 
+    As `bayestouch.save_dataset`, this replaces a data set that was in the folder.
+
     Parameters
     ----------
     name : str

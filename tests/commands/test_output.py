@@ -99,6 +99,23 @@ def test_what_cannot_be_written_or_looked_at_is_one_line(
     assert sorted(folder.rglob("*")) == before
 
 
+@pytest.mark.parametrize("command", ["simulate -o fing", "example finger -o fing", "example fluid-oil-1.5 -o fing"])
+def test_a_data_set_that_was_measured_is_not_replaced(
+    command: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = {path: path.read_bytes() for path in (folder / "fing").iterdir()}
+    assert main(command.split()) == 2
+    error = capsys.readouterr().err.strip()
+    assert "fing/sensor.toml: exists already and is not replaced: the data set is not simulated" in error
+    assert {path: path.read_bytes() for path in (folder / "fing").iterdir()} == before
+
+
+def test_a_data_set_that_was_simulated_is_replaced(folder: Path) -> None:
+    (folder / "fing" / "truth.json").write_text("{}")
+    assert main(["example", "finger", "-o", "fing", "--quiet"]) == 0
+    assert bayestouch.load_dataset("fing").touches.n_touches == 126
+
+
 def test_a_folder_that_is_closed_is_known_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Root may write everywhere, so the system is asked in place of the file system."""
     closed, touch = tmp_path / "closed", Path.touch

@@ -15,7 +15,7 @@ from report_cases import FINGER, small
 
 import bayestouch
 from bayestouch.commands.cli import main
-from bayestouch.simulation import FingerDesign
+from bayestouch.simulation import FingerDesign, save_simulated
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
@@ -53,8 +53,10 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A finger smaller than the paper's, its calibration and its touches, under the names that the pages use."""
     folder = tmp_path_factory.mktemp("docs")
-    data = small(FINGER).dataset
-    bayestouch.save_dataset(data, folder / "my-finger")
+    made = small(FINGER)
+    data = made.dataset
+    # With its truth.json: pages simulate the folder anew, which replaces no measured data set.
+    save_simulated(made, folder / "my-finger")
     calibration = bayestouch.calibrate(data, draws=200)
     calibration.save(folder / "calibration.nc")
     bayestouch.infer(data.touches, calibration, draws=256).save(folder / "posterior.nc")
