@@ -106,15 +106,28 @@ def save_simulated(
     InputError
         As `save_dataset`, or the folder has a folder ``truth.json``; then nothing changes.
     """
+    save_with_truth(simulated.dataset, simulated.truth if truth else None, path, format)
+
+
+def save_with_truth(
+    dataset: DataSet, truth: Mapping[str, Any] | None, path: str | Path, format: Literal["csv", "parquet"] = "csv"
+) -> None:
+    """Write a data set and its true values; if there are none, those of another data set in the folder are removed.
+
+    Raises
+    ------
+    InputError
+        As `save_simulated`.
+    """
     file = Path(path) / TRUTH
     if file.is_dir():
         raise InputError("expected no folder of this name beside the tables of a data set", file=file)
-    text = json.dumps(_plain(simulated.truth), indent=1, allow_nan=False) + "\n"
-    save_dataset(simulated.dataset, path, format)
-    if truth:
-        file.write_text(text, encoding="utf-8")
-    else:
+    text = None if truth is None else json.dumps(_plain(truth), indent=1, allow_nan=False) + "\n"
+    save_dataset(dataset, path, format)
+    if text is None:
         file.unlink(missing_ok=True)
+    else:
+        file.write_text(text, encoding="utf-8")
 
 
 def simulate(

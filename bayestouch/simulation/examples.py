@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
 
-from bayestouch.data.dataset import DataSet, load_dataset, save_dataset
+from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.errors import unknown_name
-from bayestouch.simulation import SimulatedDataSet, embedded_design, save_simulated, simulate
+from bayestouch.simulation import SimulatedDataSet, embedded_design, save_with_truth, simulate
 
 #: Effect of the simulated finger, which its data set does not state, and seed.
 HIDDEN, SEED = {"crosstalk": 0.04}, 2
@@ -61,7 +61,7 @@ def save_example(name: str, path: str | Path) -> DataSet:
         One of `EXAMPLES`.
     path : str or Path
         Folder, created if necessary. The true values of a simulation are written to ``truth.json``, which no command
-        reads.
+        reads. A measured data set has none: those of another data set in the folder are removed.
 
     Returns
     -------
@@ -75,8 +75,6 @@ def save_example(name: str, path: str | Path) -> DataSet:
     if name not in EXAMPLES:
         raise unknown_name("example", name, EXAMPLES)
     made = EXAMPLES[name].make()
-    if isinstance(made, SimulatedDataSet):
-        save_simulated(made, path)
-        return made.dataset
-    save_dataset(made, path)
-    return made
+    dataset, truth = (made.dataset, made.truth) if isinstance(made, SimulatedDataSet) else (made, None)
+    save_with_truth(dataset, truth, path)
+    return dataset

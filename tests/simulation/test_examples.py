@@ -40,6 +40,13 @@ def test_the_simulated_example_has_an_effect_that_only_its_truth_states(tmp_path
     assert (moved > 0.02 * np.nanmax(without.touches.readings, axis=0)).all()
 
 
+def test_a_measured_example_has_no_truth_of_a_simulated_one(tmp_path: Path) -> None:
+    for name in EXAMPLES:
+        assert main(["example", name, "-o", str(tmp_path), "--quiet"]) == 0
+    assert load_dataset(tmp_path).sensor.body.kind == "pad"
+    assert not (tmp_path / "truth.json").exists()
+
+
 def test_an_example_that_there_is_not_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["example", "glove", "-o", str(tmp_path / "no")]) == 2
     error = capsys.readouterr().err
