@@ -6,10 +6,14 @@ import numpy as np
 from hypothesis import strategies as st
 
 from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
+from bayestouch.data.touch_columns import LARGEST, LARGEST_TIME
 from bayestouch.data.touches import Touches, touches_from
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
-finite_or_missing = st.one_of(finite, st.just(np.nan))
+# What a column may hold at most.
+measured = st.floats(-LARGEST, LARGEST)
+measured_or_missing = st.one_of(measured, st.just(np.nan))
+time_or_missing = st.one_of(st.floats(-LARGEST_TIME, LARGEST_TIME), st.just(np.nan))
 positive = st.floats(min_value=1e-300, max_value=1e300)
 # Lone surrogates are no text that UTF-8 could hold; they have a test of their own.
 text = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
@@ -65,8 +69,8 @@ def touches_for(draw: st.DrawFn, sensor: Sensor) -> Touches:
     ids = draw(st.lists(pairs, min_size=n, max_size=n, unique=True))
     touch = np.array([pair[0] for pair in ids])
     radius_of = {t: draw(st.sampled_from([0.0, np.inf, np.nan, 3.9, 1e-300])) for t in dict.fromkeys(touch.tolist())}
-    readings = np.stack([column(finite_or_missing) for _ in range(m)], axis=1)
-    readings[0, 0] = draw(finite)  # a table without any reading is refused
+    readings = np.stack([column(measured_or_missing) for _ in range(m)], axis=1)
+    readings[0, 0] = draw(measured)  # a table without any reading is refused
     maybe = st.booleans()
     names = st.sampled_from(["temperature", "note", "load_N", "angle_deg", "y_mm", "e99_sd", 'a,"b', "a;b;c;d;e"])
     taken = {sensor.body.load_column, *sensor.body.location_columns}
@@ -75,17 +79,17 @@ def touches_for(draw: st.DrawFn, sensor: Sensor) -> Touches:
         touch,
         readings,
         sample=np.array([pair[1] for pair in ids]),
-        time_s=column(finite_or_missing),
+        time_s=column(time_or_missing),
         indenter_radius_mm=np.array([radius_of[t] for t in touch.tolist()]),
-        load=column(finite_or_missing),
-        depth_mm=column(st.one_of(st.floats(0, 1e300), st.just(np.nan))),
+        load=column(measured_or_missing),
+        depth_mm=column(st.one_of(st.floats(0, LARGEST), st.just(np.nan))),
         contact=column(st.sampled_from([0.0, 1.0, np.nan])),
-        readings_sd=np.abs(np.stack([column(finite_or_missing) for _ in range(m)], axis=1)) if draw(maybe) else None,
+        readings_sd=np.abs(np.stack([column(measured_or_missing) for _ in range(m)], axis=1)) if draw(maybe) else None,
         reads=column(st.sampled_from([1.0, 7.0, np.nan, 2.0**40])) if draw(maybe) else None,
         extra={
             name: np.array([draw(text) for _ in range(n)], dtype=object)
             for name in draw(st.lists(names, unique=True, max_size=3))
             if name not in taken
         },
-        **({name: column(finite_or_missing) for name in sensor.body.location_columns} if located else {}),
+        **({name: column(measured_or_missing) for name in sensor.body.location_columns} if located else {}),
     )

@@ -20,6 +20,12 @@ from bayestouch.errors import InputError, few, misspelt, nearest
 #: Columns that have the same name for every sensor.
 COMMON = ("touch", "sample", "time_s", "indenter_radius_mm", "depth_mm", "contact", "reads")
 
+#: Largest measured number: squares of readings in units of their noise stay numbers of 32 bits. And the largest time,
+#: whose squares are numbers of 64 bits; a clock may count from any zero, in any unit.
+LARGEST, LARGEST_TIME = 1e12, 1e30
+#: Columns whose own rule has a limit.
+_COUNTS = frozenset({"touch", "sample", "contact", "reads"})
+
 #: Unknown names of a header for which the known one is looked for.
 _ASKED = 100
 
@@ -145,9 +151,9 @@ def check_values(columns: Mapping[str, FloatArray], *, file: str | Path, line: n
     lines = np.arange(2, 2 + len(columns["touch"])) if line is None else np.asarray(line)
     faults = []
     for name, values in columns.items():
-        allowed, expected = _rule(name)
-        if len(bad := np.flatnonzero(~allowed(values))):
-            faults.append((int(bad[0]), name, expected))
+        for allowed, expected in _rules(name):
+            if len(bad := np.flatnonzero(~allowed(values))):
+                faults.append((int(bad[0]), name, expected))
     if faults:
         index, name, expected = min(faults)
         value = columns[name][index]
@@ -209,8 +215,18 @@ _RULES: Mapping[str, Rule] = {
 }
 
 
-def _rule(name: str) -> Rule:
-    return _RULES.get(name, _NOT_NEGATIVE if name.endswith("_sd") else _NUMBER)
+def _up_to(largest: float) -> Rule:
+    # An infinite value is not allowed by the other rule of its column, or is the radius of a flat.
+    allowed = _or_nothing(lambda v: (np.abs(v) <= largest) | np.isinf(v))
+    return allowed, f"a number from {-largest:.0e} to {largest:.0e}".replace("e+", "e")
+
+
+_SIZE, _SIZE_OF_TIME = _up_to(LARGEST), _up_to(LARGEST_TIME)
+
+
+def _rules(name: str) -> tuple[Rule, ...]:
+    rule = _RULES.get(name, _NOT_NEGATIVE if name.endswith("_sd") else _NUMBER)
+    return (rule,) if name in _COUNTS else (rule, _SIZE_OF_TIME if name == "time_s" else _SIZE)
 
 
 def has_meaning(name: str, sensor: Sensor) -> bool:

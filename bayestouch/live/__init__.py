@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.baseline import combined_reads
+from bayestouch.data.touch_columns import LARGEST
 from bayestouch.errors import InputError, about, shown
 from bayestouch.live.files import load_setup, save_setup
 from bayestouch.model.body import body_of
@@ -21,9 +22,7 @@ from bayestouch.reading.live import HeldTouch, LiveBody, LiveTouch
 from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration
 
-#: Largest reading: the sum of squares of readings in units of their noise stays a number of 32 bits.
-LARGEST = 1e12
-#: Name of the rest reading among the tables of a saved reader.
+#: Names of the rest reading and of its number of reads among the tables of a saved reader.
 REST, READS = "rest_reading", "rest_reads"
 
 

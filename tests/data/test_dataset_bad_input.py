@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -38,6 +39,9 @@ CELLS = [  # what replaces what, and the place and message
     ("12,22", "1e999,22", "row 4, column e01: expected a finite number or nothing, got inf"),
     ("2.5,2", "inf,2", "row 4, column x_mm: expected a finite number or nothing, got inf"),
     ("2.5,2", "2.5,inf", "row 4, column load_N: expected a finite number or nothing, got inf"),
+    ("12,22", "12,-1e38", "row 4, column e02: expected a number from -1e12 to 1e12, got -1e+38"),
+    ("2.5,2", "2.5,1e155", "row 4, column load_N: expected a number from -1e12 to 1e12, got 1e+155"),
+    ("2.5,2", "1e30,2", "row 4, column x_mm: expected a number from -1e12 to 1e12, got 1e+30"),
     ("1,0,2.5", "1.5,0,2.5", "row 4, column touch: expected an integer below 2^53, got 1.5"),
     ("1,0,2.5", ",0,2.5", "row 4, column touch: expected an integer below 2^53, got nothing"),
     ("1,0,2.5", "x,0,2.5", "row 4, column touch: expected a number, got 'x'"),
@@ -90,6 +94,10 @@ def test_a_cell_that_cannot_be(write: Callable[..., Path], old: str, new: str, m
         ("e02_sd", "-0.1", "expected a number from 0 up or nothing, got -0.1"),
         ("e02_sd", "inf", "expected a number from 0 up or nothing, got inf"),
         ("time_s", "inf", "expected a finite number or nothing, got inf"),
+        ("time_s", "-2e30", "expected a number from -1e30 to 1e30, got -2e+30"),
+        ("depth_mm", "1e38", "expected a number from -1e12 to 1e12, got 1e+38"),
+        ("e02_sd", "1e13", "expected a number from -1e12 to 1e12, got 10000000000000"),
+        ("indenter_radius_mm", "1e200", "expected a number from -1e12 to 1e12, got 1e+200"),
     ],
 )
 def test_a_value_that_its_column_cannot_hold(
@@ -98,6 +106,15 @@ def test_a_value_that_its_column_cannot_hold(
     table = f"touch,x_mm,e01,e02,{column}\n0,1,2,3,\n\n1,1,2,3,{value}\n"
     # The empty line is passed over and still counted: the value is in line 4 of the file.
     assert error(write(table)) == f"touches.csv, row 4, column {column}: {expected}"
+
+
+def test_the_largest_numbers_can_be_read(write: Callable[..., Path]) -> None:
+    """Ids have a limit of their own, and an infinite radius is a flat."""
+    header = "touch,x_mm,e01,e02,indenter_radius_mm,time_s\n"
+    path = write(header + "9007199254740991,-1e12,1e12,-1e12,inf,1e30\n1,1,2,3,1e12,-1e30\n")
+    touches = load_dataset(path).touches
+    assert touches.touch[0] == 2**53 - 1 and touches.indenter_radius_mm.tolist() == [np.inf, 1e12]
+    assert touches.readings.tolist() == [[1e12, -1e12], [2, 3]] and touches.time_s.tolist() == [1e30, -1e30]
 
 
 def test_two_indenters_in_a_touch(write: Callable[..., Path]) -> None:
@@ -281,6 +298,7 @@ def test_parquet_that_is_none(write: Callable[..., Path]) -> None:
     ("changes", "message"),
     [
         ({"e01": [1.0, float("inf")]}, "row 3, column e01: expected a finite number or nothing, got inf"),
+        ({"e01": [1.0, 3.4e38]}, "row 3, column e01: expected a number from -1e12 to 1e12, got 3.4e+38"),
         ({"e01": ["1", "x"]}, "row 3, column e01: expected a number, got 'x'"),
         ({"e01": [[1.0], [2.0]]}, "column e01: expected numbers, got list<element: double>"),
         ({"e01": []}, "expected at least one row, got none"),
