@@ -83,6 +83,9 @@ def main(arguments: list[str] | None = None) -> int:
         if error.filename is None:
             raise
         return _fail(f"{error.filename}: {error.strerror or error}", 2)
+    except MemoryError as error:
+        much = f" ({error})" if str(error) else ""  # numpy says how much, Python does not
+        return _fail(f"not enough memory{much}; ask for fewer --draws, or take a part of the data", 1)
     except click.ClickException as error:
         return _fail(" ".join([*error.format_message().split(), *_example(error)]), 2)
     except (click.Abort, KeyboardInterrupt):

@@ -137,6 +137,23 @@ def test_bad_cell_is_placed(folder: Path, tmp_path: Path, capsys: pytest.Capture
     assert not (tmp_path / "x.nc").exists()
 
 
+@pytest.mark.parametrize("said", ["", "Unable to allocate 1.31 TiB"])
+def test_a_lack_of_memory_is_one_line(
+    said: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As numpy raises it for a thousand million draws, and as Python does."""
+    import bayestouch
+
+    def refused(*_: object, **__: object) -> None:
+        raise MemoryError(said)
+
+    monkeypatch.setattr(bayestouch, "check", refused)
+    assert main(["check", str(folder)]) == 1
+    much = f" ({said})" if said else ""
+    line = f"bayestouch: not enough memory{much}; ask for fewer --draws, or take a part of the data\n"
+    assert capsys.readouterr().err == line
+
+
 def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys; from bayestouch.commands.cli import main; main(['--help'])\n"
