@@ -5,8 +5,7 @@ read. First, a few touches are read with many calibrations drawn from the poster
 posteriors are mixed: the standard deviations that `infer` gives, which propagates to first order, must be the same.
 Then hundreds of touches are read, and their errors compared with what they say of themselves.
 
-    python studies/touch_uncertainty.py [calibrations drawn] [fingers]
-    python studies/touch_uncertainty.py --docs           writes the tables of docs/statistics.md
+    python studies/touch_uncertainty.py [--calibrations 120] [--fingers 10] [--docs]
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import argparse
 import sys
 import tempfile
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 from _nested import Array, Read, at_row, drawn, matched, mixed, read
-from _page import STATISTICS, docs_of, markdown_table, put_into_page
+from _page import STATISTICS, markdown_table, put_into_page
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 
@@ -324,11 +324,14 @@ def coverage_table(fingers: int) -> str:
 
 def main(arguments: list[str]) -> None:
     """Print both tables, or put them into the documentation."""
-    docs, others = docs_of(arguments)
-    draws, fingers = (int(others[i]) if len(others) > i else default for i, default in enumerate((120, 10)))
-    text = f"{nested_table(draws)}\n{coverage_table(fingers)}"
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--calibrations", type=int, default=120, help="calibrations drawn from a posterior")
+    parser.add_argument("--fingers", type=int, default=10, help="fingers of each effect whose touches are scored")
+    parser.add_argument("--docs", action="store_true", help="write the tables into docs/statistics.md")
+    chosen = parser.parse_args(arguments)
+    text = f"{nested_table(chosen.calibrations)}\n{coverage_table(chosen.fingers)}"
     print(text)
-    if docs:
+    if chosen.docs:
         put_into_page("touch_uncertainty.py", text, STATISTICS)
 
 

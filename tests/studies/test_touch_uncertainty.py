@@ -51,6 +51,16 @@ def test_pads_with_an_effect(nested: ModuleType, name: str, before: float | None
         assert found.ratio_exact[found.names.index("P")] < before
 
 
+def test_its_options(nested: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        nested.main(["--help"])
+    assert ended.value.code == 0 and "--calibrations" in capsys.readouterr().out
+    monkeypatch.setattr(nested, "nested_table", "{} calibrations".format)
+    monkeypatch.setattr(nested, "coverage_table", "{} fingers".format)
+    nested.main(["--fingers", "3"])
+    assert capsys.readouterr().out == "120 calibrations\n3 fingers\n"
+
+
 def test_draws_that_are_matched(nested: ModuleType) -> None:
     from _nested import matched
 
