@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -27,6 +28,6 @@ def init(folder: Path, body: str, elements: int, quiet: bool, as_json: bool) -> 
     files = new_dataset(folder, body=body, elements=elements)
     text = (
         f": {', '.join(file.name for file in files)}\n"
-        f"Fill them in, then look at what was read: bayestouch check {folder}"
+        f"Fill them in, then look at what was read: {shlex.join(('bayestouch', 'check', str(folder)))}"
     )
     say(text, {"files": [str(file) for file in files]}, head=str(folder), quiet=quiet, as_json=as_json)
