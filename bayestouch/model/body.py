@@ -121,9 +121,8 @@ class Body:
             An option of another body is given, or an option has a value that is not allowed.
         """
         for owner, why, names in self._foreign(given):
-            if any(given[name] is not None for name in names):
-                are = "is an option" if len(names) == 1 else "are options"
-                raise InputError(f"{_listed(names)} {are} of {owner}s; {why}")
+            are = "is an option" if len(names) == 1 else "are options"
+            raise InputError(f"{_listed(names)} {are} of {owner}s; {why}")
         for name in given.keys() & self.options.keys():
             words = self.options[name].words
             if given[name] is not None and words and given[name] not in words:
@@ -135,7 +134,8 @@ class Body:
     def _foreign(self, given: Mapping[str, Any]) -> list[tuple[str, str, list[str]]]:
         """Given options that this body does not have: (kind of the other body, message, names of the options)."""
         here = f"this sensor is a {self.kind} (its option is the {self.main_option})"
-        lacking = [(_owner(name), self.instead.get(name, here), name) for name in given if name not in self.options]
+        foreign = [name for name, value in given.items() if value is not None and name not in self.options]
+        lacking = [(_owner(name), self.instead.get(name, here), name) for name in foreign]
         return [(*key, [name for _, _, name in group]) for key, group in groupby(lacking, lambda each: each[:2])]
 
 

@@ -289,7 +289,7 @@ def test_moves_of_emcee_draw_the_same_calibration(monkeypatch: pytest.MonkeyPatc
         sd = a.std(axis=(0, 1))
         assert np.all(np.abs(a.mean(axis=(0, 1)) - b.mean(axis=(0, 1))) < 4.5 * sd * np.sqrt(1 / 400 + 1 / 2000)), name
         assert np.all(np.abs(b.std(axis=(0, 1)) / sd - 1) < 4.5 * np.sqrt(1 / 800 + 1 / 4000)), name
-    with pytest.raises(InputError, match="moves are options of fingers"):
+    with pytest.raises(InputError, match="moves is an option of fingers"):
         bayestouch.calibrate(
             bayestouch.simulate(bayestouch.PadDesign(n_touches=30), seed=0).dataset, moves=emcee.moves.DEMove()
         )
