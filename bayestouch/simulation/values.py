@@ -26,6 +26,8 @@ SHAPES: Mapping[str, Mapping[str, float]] = {
     "signal_dependent_noise": {"power": 1.0},  # in proportion to the signal
     "outliers": {"size": 0.58},  # sd of values that are uniform within one peak
 }
+#: Largest size of a value, in units of the largest plausible one: readings then stay numbers that a table may hold.
+_FAR = 1e5
 
 
 def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues:
@@ -96,8 +98,14 @@ def _unstated(effect: Effect, parameter: EffectParameter) -> float:
 
 
 def _checked(effect: Effect, parameter: EffectParameter, value: float) -> float:
-    if value == parameter.null or (np.isfinite(value) and parameter.prior.log_density(value) > -np.inf):
+    least, most = parameter.prior.quantile(np.array([0.001, 0.999]))
+    far = _FAR * max(abs(least), abs(most))
+    if value == parameter.null or (abs(value) <= far and parameter.prior.log_density(value) > -np.inf):
         return float(value)
     low, high = parameter.prior.support
-    bounds = "above 0" if parameter.logarithmic else f"from {low:g} to {high:g}"
-    raise InputError(f"effect {effect.name}: expected a {parameter.name} {bounds}, got {value:g}")
+    if np.isfinite([low, high]).all():
+        expected = f"{parameter.name} from {low:g} to {high:g}"
+    else:
+        bound = "" if np.isinf(low) else " above 0" if parameter.logarithmic else f" from {low:g} up"
+        expected = f"finite {parameter.name}{bound} (plausible: {least:.2g} to {most:.2g})"
+    raise InputError(f"effect {effect.name}: expected a {expected}, got {value:g}")
