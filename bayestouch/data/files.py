@@ -92,6 +92,18 @@ def check_writable(path: str | Path) -> None:
         raise InputError(f"cannot be written: {error.strerror or error}", file=target) from error
 
 
+def check_room(path: Path, size: int) -> None:
+    """Raise `OSError` if the disk has no room for a new file of so many bytes at this path.
+
+    The HDF5 library must not find this out: it prints tracebacks for each number that it cannot write, and may end the
+    process.
+    """
+    with path.open("wb") as stream:
+        if hasattr(os, "posix_fallocate") and size:
+            os.posix_fallocate(stream.fileno(), 0, size)
+    path.unlink()
+
+
 def check_not_read(path: str | Path, inputs: Iterable[str | Path]) -> None:
     """Raise an error if the file to be written is one of the inputs, which would be lost.
 

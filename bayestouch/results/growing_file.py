@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.data.files import check_room
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -70,7 +72,7 @@ class GrowingFile:
         import h5netcdf
         import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
 
-        _check_room(path, groups, n_touches)
+        check_room(path, _room_for(groups, n_touches))
         properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         # Reserve space for the numbers now, so that later writing does not change the structure of the file.
         properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
@@ -147,18 +149,14 @@ class _Unsigned(FileIO):
         return count
 
 
-def _check_room(path: Path, groups: Mapping[str, xr.Dataset], n_touches: int) -> None:
-    """Raise `OSError` if the disk has no room for the numbers of all touches, before hours of work."""
-    size = sum(
+def _room_for(groups: Mapping[str, xr.Dataset], n_touches: int) -> int:
+    """Bytes of the numbers of all touches, which are asked for before hours of work."""
+    return sum(
         variable.nbytes // max(1, dataset.sizes["touch"]) * n_touches
         for dataset in groups.values()
         for variable in dataset.variables.values()
         if "touch" in variable.dims
     )
-    with path.open("wb") as stream:
-        if hasattr(os, "posix_fallocate") and size:
-            os.posix_fallocate(stream.fileno(), 0, size)
-    path.unlink()
 
 
 def _create(group: Any, name: str, variable: xr.Variable, properties: Any, text: Any) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bayestouch.data.files import reading, replacing
+from bayestouch.data.files import check_room, reading, replacing
 from bayestouch.errors import InputError
 from bayestouch.results.draws_on_file import DrawsOnFile, stamp_of
 from bayestouch.results.hdf5_heaps import check_heaps
@@ -19,6 +19,8 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _DRAW_AXES = ("chain", "draw", "touch")
 #: If the draws of touches are larger than this (bytes), they stay on file.
 LARGEST_IN_MEMORY = 1 << 30
+#: Bytes that a file has at most for a short text, and for a variable beside its numbers (2,700 in calibrations).
+_BYTES_OF_TEXT, _BYTES_OF_VARIABLE = 64, 4096
 
 
 def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes: Mapping[str, str]) -> None:
@@ -35,9 +37,20 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes:
 
     schema = schema_attributes()
     with replacing(path) as temporary:
+        check_room(temporary, _about_bytes(groups, attributes))
         xr.Dataset(attrs={**attributes, **schema}).to_netcdf(temporary, engine="h5netcdf")
         for name, group in groups.items():
             group.assign_attrs(schema).to_netcdf(temporary, mode="a", group=name, engine="h5netcdf")
+
+
+def _about_bytes(groups: Mapping[str, xr.Dataset], attributes: Mapping[str, str]) -> int:
+    """Bytes of a file, rather too many."""
+    size = sum(len(text.encode()) for text in attributes.values())
+    for group in groups.values():
+        for variable in group.variables.values():
+            size += _BYTES_OF_TEXT * variable.size if variable.dtype.kind in "OUT" else variable.nbytes
+            size += _BYTES_OF_VARIABLE
+    return size
 
 
 def read_groups(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bayestouch.data.files import check_not_read, check_writable, replacing, write_together
+from bayestouch.data.files import check_not_read, check_room, check_writable, replacing, write_together
 from bayestouch.errors import InputError
 
 
@@ -79,3 +79,11 @@ def test_an_input_is_no_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     for name in ("t.csv", tmp_path / "t.csv", "link.csv"):
         with pytest.raises(InputError, match=r"\.csv: is read, so that it cannot be the output too"):
             check_not_read(name, ["other.csv", "./t.csv"])
+
+
+def test_room_is_asked_of_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr(os, "posix_fallocate", lambda file, start, size: asked.append(size), raising=False)
+    for size in (0, 44_000):
+        check_room(tmp_path / "room", size)
+    assert asked == [44_000] and not (tmp_path / "room").exists()
