@@ -45,3 +45,10 @@ def all_equal(values: FloatArray, group: IntArray, n: int) -> BoolArray:
     count = np.bincount(group[some], minlength=n)
     other = np.bincount(group[some], weights=(values != first_of(values, group, n)[group])[some], minlength=n)
     return np.asarray((count > 1) & (other == 0))
+
+
+def beginnings(time_s: FloatArray, in_contact: BoolArray, group: IntArray, n: int) -> FloatArray:
+    """Earliest time in contact of each of n groups; inf for a group without one. Shape (n,)."""
+    begin = np.full(n, np.inf)
+    np.minimum.at(begin, group, np.where(np.isnan(time_s) | ~in_contact, np.inf, time_s))
+    return begin

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.arrays import turned
-from bayestouch.data.grouping import all_equal, groups
+from bayestouch.data.grouping import all_equal, beginnings, groups
 from bayestouch.data.touches import Touches
 from bayestouch.output.text import plural
 
@@ -45,6 +45,12 @@ class Tally:
         Number of touches with the same load in two or more rows in contact, and no other one.
     at_two_places : int
         Number of touches with rows in contact whose locations differ by more than `APART`.
+    time_missing : int
+        Number of rows without a time.
+    begun, begun_last : float
+        Times at which the first and the last touch in the table began, of those with a time in contact; NaN for none.
+    begun_before : int
+        Number of touches that began before the one listed before them.
     without_reading : int
         Number of rows without any reading.
     there, lowest, highest : (m,) arrays
@@ -65,6 +71,10 @@ class Tally:
     location_missing: int | None
     with_one_load: int
     at_two_places: int
+    time_missing: int
+    begun: float
+    begun_last: float
+    begun_before: int
     without_reading: int
     there: IntArray
     lowest: FloatArray
@@ -78,6 +88,7 @@ class Tally:
     @classmethod
     def of(cls, touches: Touches) -> Tally:
         """Return the counts of a table, or of a piece of it with complete touches."""
+        begin = _begin_in_order(touches)
         away, missing = ~touches.in_contact, np.isnan(touches.readings)
         location = [v for v in (touches.angle_deg, touches.x_mm, touches.y_mm) if v is not None]
         there, lowest, highest = touched, touched_lowest, touched_highest = _extremes(readings := touches.readings)
@@ -94,6 +105,10 @@ class Tally:
             location_missing=int(np.isnan(location).any(axis=0).sum()) if location else None,
             with_one_load=_with_one_load(touches),
             at_two_places=_at_two_places(touches),
+            time_missing=int(np.isnan(touches.time_s).sum()),
+            begun=float(begin[0]) if len(begin) else np.nan,
+            begun_last=float(begin[-1]) if len(begin) else np.nan,
+            begun_before=int((np.diff(begin) < 0).sum()),
             without_reading=int(missing.all(axis=1).sum()),
             there=there,
             lowest=lowest,
@@ -121,6 +136,10 @@ class Tally:
             else self.location_missing + (other.location_missing or 0),
             with_one_load=self.with_one_load + other.with_one_load,
             at_two_places=self.at_two_places + other.at_two_places,
+            time_missing=self.time_missing + other.time_missing,
+            begun=other.begun if np.isnan(self.begun) else self.begun,
+            begun_last=self.begun_last if np.isnan(other.begun_last) else other.begun_last,
+            begun_before=self.begun_before + other.begun_before + (other.begun < self.begun_last),
             without_reading=self.without_reading + other.without_reading,
             there=self.there + other.there,
             lowest=np.minimum(self.lowest, other.lowest),
@@ -144,6 +163,15 @@ def _with_one_load(touches: Touches) -> int:
     """Number of touches with the same load in two or more rows in contact, and no other one."""
     ids, group = groups(touches.touch[touches.in_contact])
     return int(all_equal(touches.load[touches.in_contact], group, len(ids)).sum())
+
+
+def _begin_in_order(touches: Touches) -> FloatArray:
+    """Time at which each touch began, in the order of the table, of the touches with a time in contact."""
+    if np.isnan(touches.time_s).all():
+        return np.empty(0)
+    ids, group = groups(touches.touch)
+    begin = beginnings(touches.time_s, touches.in_contact, group, len(ids))
+    return begin[np.isfinite(begin)]
 
 
 def _at_two_places(touches: Touches) -> int:
@@ -179,6 +207,7 @@ def remarks(tally: Tally) -> Iterator[str]:
             f"{plural(tally.at_two_places, 'touch')} at more than one place: rows with one number are averaged, so "
             "give each touch a number of its own"
         )
+    yield from _times(tally)
     yield from _missing(tally)
     yield from _stuck(tally)
 
@@ -197,6 +226,15 @@ def _loads(tally: Tally) -> Iterator[str]:
             f"{_count(tally.load_negative, tally.rows, 'row')} with a load below zero "
             f"(lowest {tally.load_lowest:g}), kept: noise or offset of the force sensor"
         )
+
+
+def _times(tally: Tally) -> Iterator[str]:
+    instead = "where times matter, the order of the touches is used in their place"
+    if 0 < tally.time_missing < tally.rows:
+        yield f"{_count(tally.time_missing, tally.rows, 'row')} without a time: {instead}"
+    elif tally.begun_before:
+        began = f"{plural(tally.begun_before, 'touch')} began before the one above"
+        yield f"times become smaller from one touch to the next ({began}): {instead}"
 
 
 def _missing(tally: Tally) -> Iterator[str]:

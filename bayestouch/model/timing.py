@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.grouping import groups
+from bayestouch.data.grouping import beginnings, groups
 from bayestouch.data.touches import Touches
 
 # Without times, touches begin one unit apart, and the samples of a touch take this share of the unit.
@@ -39,8 +39,7 @@ class Timing:
         _, group = groups(touches.touch)
         time = touches.time_s
         n = int(group.max()) + 1 if len(group) else 0
-        first = np.full(n, np.inf)
-        np.minimum.at(first, group, np.where(np.isnan(time) | ~touches.in_contact, np.inf, time))
+        first = beginnings(time, touches.in_contact, group, n)
         # A touch without rows in contact has `held_s` zero.
         held = np.maximum(time - np.minimum(first[group], time), 0.0)
         if np.isfinite(time).all() and np.all(np.diff(first[np.isfinite(first)]) >= 0) and n > 0 and np.ptp(time) > 0:

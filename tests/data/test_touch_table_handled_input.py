@@ -11,8 +11,10 @@ import pytest
 from input_tables import GOOD, error, good, notes, put
 from same_touches import same_touches
 
+from bayestouch.data.remarks import Tally
 from bayestouch.data.sensor import Pad, Sensor
 from bayestouch.data.touch_table import read_touches
+from bayestouch.data.touches import touches_from
 
 
 @pytest.fixture
@@ -143,6 +145,26 @@ def test_loads_below_zero_and_missing_are_kept_and_said(write: Callable[..., Pat
     ]
 
 
+INSTEAD = "where times matter, the order of the touches is used in their place"
+
+
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        ("0 1 5 6 9 10", []),
+        ("0 1 5 6 5 4", ["times become smaller from one touch to the next (1 touch began before the one above): "]),
+        ("9 8 5 6 0 1", ["times become smaller from one touch to the next (2 touches began before the one above): "]),
+        ("0 1  6 9 10", ["1 of 6 rows without a time: "]),
+        ("     ", []),  # unknown, as with no such column
+    ],
+)
+def test_times_that_restart_or_are_missing_are_said(write: Callable[..., Path], times: str, said: list[str]) -> None:
+    """The last touch begins with its second row, the first in time."""
+    rows = [f"{k // 2},{k % 2},1,{time},{k},{k * k}" for k, time in enumerate(times.split(" "))]
+    path = write("\n".join(["touch,sample,x_mm,time_s,e01,e02", *rows, ""]))
+    assert [note for note in notes(path) if "time" in note] == [f"{each}{INSTEAD}" for each in said]
+
+
 def test_no_load_and_missing_locations_are_said(write: Callable[..., Path]) -> None:
     assert notes(write("touch,x_mm,e01,e02\n0,,2,3\n1,1,2,4\n")) == [
         "no load measured",
@@ -172,6 +194,17 @@ def test_a_column_without_a_name_is_kept(write: Callable[..., Path]) -> None:
     path = write(",touch,x_mm,load_N,e01,e02\n0,5,1,1,2,3\n1,6,1,1,3,4\n")
     assert good(path).extra["column_1"].tolist() == ["0", "1"]
     assert notes(path) == ["columns not known here, kept and not used: column_1"]
+
+
+def test_times_are_counted_in_pieces_as_in_the_whole() -> None:
+    time = np.array([np.nan, 0.0, 3.0, 4.0, 2.0, 5.0, 1.0])
+    touches = touches_from(np.arange(7), np.ones((7, 2)), x_mm=1.0, time_s=time)
+    known = touches.select(slice(1, None))
+    for cut in range(1, 6):
+        pieces = [Tally.of(known.select(part)) for part in (slice(0, cut), slice(cut, None))]
+        assert (pieces[0] + pieces[1]).begun_before == Tally.of(known).begun_before == 2
+    whole = Tally.of(touches.select([0])) + Tally.of(known) + Tally.of(touches.select([0]))
+    assert (whole.begun, whole.begun_last, whole.begun_before, whole.time_missing) == (0.0, 1.0, 2, 2)
 
 
 def test_reading_one_table_by_itself(write: Callable[..., Path]) -> None:
