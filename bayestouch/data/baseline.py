@@ -7,13 +7,18 @@ from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from scipy.stats import chi2
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.averages import average
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.sample_rows import SampleRows
 from bayestouch.errors import InputError
 
 Rows = TypeVar("Rows", bound=SampleRows)
+
+# Noise at rest counts as smaller than in contact if the readings at rest show it with this probability.
+SURE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +35,11 @@ class RestTally:
         Number of touches in contact, and of those among them that have no-contact rows of their own.
     first, excess, weight : (m,) arrays
         First reading (NaN if there is none), weighted sum of the deviations from it, and sum of the weights.
+    last, last_weight : (m,) arrays
+        Last reading (NaN if there is none) and its weight.
+    squares, pairs : (m,) arrays
+        Sum of the squares of differences between one reading and the next, each over the variance that it has for reads
+        of variance one; and their number.
     """
 
     rows: int
@@ -38,17 +48,25 @@ class RestTally:
     first: FloatArray
     excess: FloatArray
     weight: FloatArray
+    last: FloatArray
+    last_weight: FloatArray
+    squares: FloatArray
+    pairs: FloatArray
 
     @classmethod
     def none(cls, n_elements: int) -> RestTally:
         """Return the sums before any row is added."""
-        return cls(0, 0, 0, np.full(n_elements, np.nan), np.zeros(n_elements), np.zeros(n_elements))
+        unknown, zero = np.full(n_elements, np.nan), np.zeros(n_elements)
+        return cls(0, 0, 0, unknown, zero, zero, unknown, zero, zero, zero)
 
     def after(self, touches: SampleRows) -> RestTally:
         """Return the sums with a piece added, row by row: the division into pieces does not change the last bits."""
         away = ~touches.in_contact
         touched = np.unique(touches.touch[~away])
         first, excess, weight = self.first.copy(), self.excess.copy(), self.weight.copy()
+        last, last_weight, squares, pairs = (
+            each.copy() for each in (self.last, self.last_weight, self.squares, self.pairs)
+        )
         if away.any():
             weights = _weights(touches)[away]
             for k, values in enumerate(touches.readings[away].T):
@@ -59,6 +77,13 @@ class RestTally:
                 moved = weights[some] * (values[some] - first[k])
                 excess[k] = np.cumsum(np.append(excess[k], moved))[-1]
                 weight[k] = np.cumsum(np.append(weight[k], weights[some]))[-1]
+                row, reads = values[some], weights[some]
+                if not np.isnan(last[k]):
+                    row, reads = np.append(last[k], row), np.append(last_weight[k], reads)
+                steps = np.diff(row) ** 2 / (1 / reads[1:] + 1 / reads[:-1])
+                squares[k] = np.cumsum(np.append(squares[k], steps))[-1]
+                pairs[k] += len(steps)
+                last[k], last_weight[k] = row[-1], reads[-1]
         return RestTally(
             rows=self.rows + int(away.sum()),
             touched=self.touched + len(touched),
@@ -66,7 +91,25 @@ class RestTally:
             first=first,
             excess=excess,
             weight=weight,
+            last=last,
+            last_weight=last_weight,
+            squares=squares,
+            pairs=pairs,
         )
+
+    def reads(self, variance: FloatArray) -> FloatArray:
+        """Reads in contact with the noise of one read at rest, (m,), 1 or more.
+
+        `variance` (m,) is that of one read in contact, NaN if unknown. It may include what changes in contact alone, as
+        creep does. One read at rest counts as less noisy only if differences from one to the next show it.
+        """
+        # Differences that follow each other share a reading: so many are worth two thirds of them.
+        least = chi2.ppf(1 - SURE, 2 / 3 * np.maximum(self.pairs, 1.0))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = variance * least / self.squares
+        # Two equal readings may be chance; three are of a readout that does not resolve the noise at rest.
+        known = ~np.isnan(ratio) & (self.pairs > 0) & (np.isfinite(ratio) | (self.pairs > 1))
+        return np.where(known, np.maximum(ratio, 1.0), 1.0)
 
     @property
     def mean(self) -> FloatArray | None:
@@ -93,6 +136,8 @@ class Baseline:
         Number of raw reads behind `general` if its noise counts for each touch, see `of`; None if it does not.
     before : (m,) array or None
         Number of raw reads behind the rest reading of the calibration, see `of`.
+    each_read : (m,) array or float
+        Reads in contact with the noise of one read at rest, see `RestTally.reads`.
     """
 
     general: FloatArray | None
@@ -100,6 +145,7 @@ class Baseline:
     note: str
     reads: FloatArray | None = None
     before: FloatArray | None = None
+    each_read: FloatArray | float = 1.0
 
     @classmethod
     def of(
@@ -109,6 +155,7 @@ class Baseline:
         *,
         each: bool = False,
         before: FloatArray | None = None,
+        variance: FloatArray | None = None,
     ) -> Baseline:
         """Return the baseline of the table that `tally` sums up.
 
@@ -124,6 +171,8 @@ class Baseline:
         before : (m,) array, optional
             Number of raw reads behind the rest reading of the calibration, if the offsets of the calibrated sensor are
             counted from it. Touches with another rest reading have the noise of both.
+        variance : (m,) array, optional
+            Variance of one read in contact, NaN if unknown; by default a read at rest has the same.
         """
         general = tally.mean
         if general is None and rest is not None:
@@ -142,8 +191,9 @@ class Baseline:
                 f"the mean no-contact reading was subtracted: its own in {tally.with_own} of {tally.touched} touches, "
                 "that of all no-contact rows in the others"
             )
-        reads = np.where(tally.weight > 0, tally.weight, np.nan) if each else None
-        return cls(general, True, note + _without_rest_reading(general), reads, before)
+        each_read: FloatArray | float = 1.0 if variance is None else tally.reads(variance)
+        reads = np.where(tally.weight > 0, tally.weight * each_read, np.nan) if each else None
+        return cls(general, True, note + _without_rest_reading(general), reads, before, each_read)
 
     def subtracted(self, touches: Rows) -> Rows:
         """Return the table (or a piece of it with complete touches) with corrected readings and the note."""
@@ -162,7 +212,11 @@ class Baseline:
         count = np.stack([np.bincount(members, weights * some, len(ids)) for some in there.T], axis=1)
         # Before the rows are spread: one value for each touch.
         offset, known = np.where(np.isnan(own), self.general, own), count > 0
-        reads = np.where(known[group], combined_reads(np.where(known, count, np.nan), self.before)[group], reads)
+        reads = np.where(
+            known[group],
+            combined_reads(np.where(known, np.maximum(count, 1.0) * self.each_read, np.nan), self.before)[group],
+            reads,
+        )
         return _subtracted(touches, offset[group], self.note, reads)
 
 
@@ -198,7 +252,12 @@ def shared_rest_reads(touches: SampleRows) -> FloatArray | None:
     """
     tally = RestTally.none(touches.n_elements).after(touches)
     shared = tally.rows > 0 and tally.with_own < tally.touched
-    return np.where(tally.weight > 0, tally.weight, np.nan) if shared else None
+    return np.where(tally.weight > 0, rest_reads_of(tally, touches), np.nan) if shared else None
+
+
+def rest_reads_of(tally: RestTally, touches: SampleRows) -> FloatArray:
+    """Number of reads in contact with the noise of the mean no-contact reading of a table, (m,); 0 without one."""
+    return np.where(tally.weight > 0, tally.weight * tally.reads(average(touches).pure_error_variance), 0.0)
 
 
 def correct(touches: Rows, rest: npt.ArrayLike | None = None) -> Rows:
@@ -225,7 +284,9 @@ def correct(touches: Rows, rest: npt.ArrayLike | None = None) -> Rows:
     InputError
         `rest` does not have one value for each element.
     """
-    return Baseline.of(RestTally.none(touches.n_elements).after(touches), rest).subtracted(touches)
+    tally = RestTally.none(touches.n_elements).after(touches)
+    variance = average(touches).pure_error_variance if tally.rows else None
+    return Baseline.of(tally, rest, variance=variance).subtracted(touches)
 
 
 def _without_rest_reading(general: FloatArray) -> str:

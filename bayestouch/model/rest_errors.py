@@ -64,7 +64,7 @@ def rest_errors(fitted: Fitted, data: SplitData) -> FloatArray | None:
     reads, m = data.shared_reads, fitted.model.n_elements
     source = data.source_of_touches(fitted.model.known.means.touch)
     shared = np.array([(source == k).any() for k in range(len(reads))])
-    known = shared[:, None] & (reads > 0) & fitted.whitening.present.any(axis=0)
+    known = shared[:, None] & (reads > 0) & np.isfinite(reads) & fitted.whitening.present.any(axis=0)
     if not known.any():
         return None
     columns = np.zeros((*known.shape, len(source), m))

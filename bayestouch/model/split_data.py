@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
-from bayestouch.data.baseline import RestTally
+from bayestouch.data.baseline import RestTally, rest_reads_of
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.splits import with_calibration
@@ -367,7 +367,7 @@ def _shared_rest(*tables: Touches) -> tuple[IntArray, FloatArray]:
     source, reads = [], np.zeros((2, tables[0].n_elements))
     for k, table in enumerate(tables):
         tally = RestTally.none(table.n_elements).after(table)
-        reads[k] = tally.weight
+        reads[k] = rest_reads_of(tally, table)
         # A table without a reading at rest has that of the first one.
         shared = k if tally.rows else 0 if reads[0].any() else -1
         own = np.isin(table.touch, table.touch[~table.in_contact])

@@ -107,7 +107,9 @@ def touch_run(
         If the rest reading of the calibration belongs to other elements than the table.
     """
     # Each touch is read by itself, with the whole noise of the rest reading.
-    baseline = Baseline.of(found.rest, calibration.rest_reading, each=True, before=calibration.rest_reads)
+    variance = calibration.noise.tactile_sd**2
+    before = calibration.rest_reads
+    baseline = Baseline.of(found.rest, calibration.rest_reading, each=True, before=before, variance=variance)
     # If a touch depends on other touches, the whole table is in memory and is prepared at once.
     whole = reader.average(baseline.subtracted(source.whole())) if reader.needs_whole_table else None
     block = None if whole is None else reader.ready(whole)

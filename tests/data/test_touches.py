@@ -254,6 +254,22 @@ def test_reads_behind_a_rest_reading_count_in_the_noise_of_a_mean() -> None:
     np.testing.assert_array_equal(shared_rest_reads(touches), [2.0, 1.0])
 
 
+def test_readings_at_rest_that_scatter_less_than_those_in_contact_count_for_more() -> None:
+    """Differences of rest rows with a tenth of the sd say so: each counts for less than a hundred reads in contact."""
+    rng = np.random.default_rng(1)
+    rows = np.stack([rng.standard_normal(400), 0.1 * rng.standard_normal(400), np.zeros(400)], axis=1)
+    table = touches_from(np.arange(400), rows, contact=0)
+    whole = RestTally.none(3).after(table)
+    reads = whole.reads(np.ones(3))
+    # 399 differences are worth 266 squares: their 5 % quantile is 0.86 of their mean, and scatters by 9 %.
+    assert reads[0] == 1.0 and 100 * 0.65 < reads[1] < 100 and reads[2] == np.inf
+    np.testing.assert_array_equal(whole.reads(np.full(3, np.nan)), 1.0)
+    np.testing.assert_array_equal(RestTally.none(3).after(table.select([0])).reads(np.ones(3)), 1.0)
+    assert RestTally.none(3).after(table.select(np.arange(4))).reads(np.ones(3))[0] == 1.0
+    pieces = RestTally.none(3).after(table.select(np.arange(150))).after(table.select(np.arange(150, 400)))
+    np.testing.assert_array_equal(pieces.reads(np.ones(3)), reads)
+
+
 def test_no_baseline_leaves_the_readings_and_says_so() -> None:
     touches = finger_touches(load=[1.0] * 5)
     corrected = touches.baseline_corrected()
