@@ -103,10 +103,10 @@ class RestTally:
         `variance` (m,) is that of one read in contact, NaN if unknown. It may include what changes in contact alone, as
         creep does. One read at rest counts as less noisy only if differences from one to the next show it.
         """
-        # Differences that follow each other share a reading: so many are worth two thirds of them.
-        least = chi2.ppf(1 - SURE, 2 / 3 * np.maximum(self.pairs, 1.0))
+        # Differences that follow each other share a reading: they are worth two thirds of their number.
+        freedom = 2 / 3 * np.maximum(self.pairs, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = variance * least / self.squares
+            ratio = variance * chi2.ppf(1 - SURE, freedom) / (2 / 3 * self.squares)
         # Two equal readings may be chance; three are of a readout that does not resolve the noise at rest.
         known = ~np.isnan(ratio) & (self.pairs > 0) & (np.isfinite(ratio) | (self.pairs > 1))
         return np.where(known, np.maximum(ratio, 1.0), 1.0)
