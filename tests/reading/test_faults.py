@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from study_modules import study
 
 import bayestouch
+from bayestouch.data.touch_source import joined_touches
 from bayestouch.data.touches import Touches
 from bayestouch.effects import StatedModel
 from bayestouch.reading.fault_notes import is_sound
@@ -18,19 +20,20 @@ from bayestouch.reading.faults import _failed_tests, _root_mean_squares, find_fa
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
 
+DESIGN = FingerDesign(
+    samples_per_touch=3,
+    edge_step_deg=2.0,
+    flat_step_deg=6.0,
+    touch_radii_mm=(0.0, 2.0, 9.3, np.inf),
+    touch_span_deg=46.0,
+    touch_step_deg=4.0,
+)
+
 
 @pytest.fixture(scope="module")
 def sound() -> tuple[Calibration, Touches]:
     """A calibrated finger and 92 touches of four tips."""
-    design = FingerDesign(
-        samples_per_touch=3,
-        edge_step_deg=2.0,
-        flat_step_deg=6.0,
-        touch_radii_mm=(0.0, 2.0, 9.3, np.inf),
-        touch_span_deg=46.0,
-        touch_step_deg=4.0,
-    )
-    data = simulate(design, seed=3).dataset
+    data = simulate(DESIGN, seed=3).dataset
     return bayestouch.calibrate(data, draws=400, seed=3), data.touches
 
 
@@ -140,6 +143,32 @@ def test_missing_readings_and_loads_are_no_faults(sound: tuple[Calibration, Touc
     holes = np.where(rng.random(touches.readings.shape) < 0.2, np.nan, touches.readings)
     assert found(infer(sound, readings=holes, load=np.full(touches.n_rows, np.nan))) == []
     assert found(infer(sound, readings=changed(sound, 3, np.nan))) == []
+
+
+@pytest.mark.parametrize(("loads", "use_load"), [((600.0, 620.0), True), ((700.0, 800.0), False)])
+def test_touches_harder_than_the_prior_are_no_faults(
+    sound: tuple[Calibration, Touches], loads: tuple[float, float], use_load: bool
+) -> None:
+    """The prior of the load ends at 589 N/m. The other touches are read as without the harder ones."""
+    calibration, touches = sound
+    harder = simulate(replace(DESIGN, load_range=loads, touch_step_deg=23.0), seed=3).dataset.touches
+    harder = harder.select(harder.in_contact)
+    joined = joined_touches([touches, harder.with_(touch=harder.touch + 1000)])
+    options: dict[str, Any] = {"method": "importance", "draws": 64, "workers": 1, "use_load": use_load}
+    result, before = (bayestouch.infer(table, calibration, **options) for table in (joined, touches))
+    assert found(result) == []
+    assert not result.sample_stats["grade"][92:].any()
+    for name, draws in before.posterior.items():
+        np.testing.assert_array_equal(result.posterior[name][..., :92], draws)
+
+
+@pytest.mark.parametrize("factor", [1.25, 2.5])
+def test_loads_that_the_force_sensor_alone_puts_beyond_the_prior_are_a_fault(
+    sound: tuple[Calibration, Touches], factor: float
+) -> None:
+    touches = sound[1]
+    (note,) = found(infer(sound, load=touches.load * factor))
+    assert f"the force sensor reads {factor:.3g}" in note
 
 
 def test_a_sound_sensor_is_said_to_be_sound(sound: tuple[Calibration, Touches]) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import CalibrationCovariance, reading_covariance
-from bayestouch.finger.reading.modes import difference_steps, find_modes, hessian_at
+from bayestouch.finger.reading.modes import POOR, difference_steps, find_modes, hessian_at
 from bayestouch.finger.reading.reader import (
     CalibratedFinger,
     FingerPosterior,
@@ -21,11 +21,19 @@ from bayestouch.finger.reading.reader import (
     noise_whitener,
 )
 from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.priors.parameters import Uniform
 from bayestouch.reading.fault_tests import SensorMisfit
 
 # Smallest share of the information of a reading that must remain after the fit of the touch. With less, the other
 # columns do not predict the reading.
 LEAST_DETERMINED = 0.01
+# A fit within this share of the width of a prior from its end ends there.
+AT_THE_END = 1e-3
+# Largest load at which a touch beyond the prior is fitted, over the end of the prior.
+STILL_FITTED = 4.0
+# A touch that the force sensor says is beyond the prior is so if the elements say at least this share of its end: they
+# may saturate. A force sensor that reads a few times too much moves ordinary touches there.
+HARD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +86,11 @@ class FingerMisfit:
         share = self.noise.discrepancy_sd / self.scale[:-1]
         return np.append(share, np.median(share))
 
+    @property
+    def _with_any_load(self) -> IndenterPriors:
+        """The priors, with loads far beyond those of the calibration."""
+        return replace(self.priors, load=Uniform(0.0, STILL_FITTED * self.priors.load.support[1]))
+
     def with_order(self, order: NDArray[np.intp]) -> FingerMisfit:
         """The touches with the readings of the elements in another order."""
         touches = self.readings
@@ -94,7 +107,10 @@ class FingerMisfit:
             counts=np.where(out[:m], 0, touches.counts),
             load=np.full(touches.n_touches, np.nan) if out[m] else touches.load,
         )
-        posterior = FingerPosterior(self.chain, touches, self.priors, noise_whitener(self.noise, touches), self.table)
+        harder = bool((touches.load > self.priors.load.support[1]).any())
+        # Held at the end of its prior, the load would disagree with force sensor and elements alike.
+        priors = self._with_any_load if harder else self.priors
+        posterior = FingerPosterior(self.chain, touches, priors, noise_whitener(self.noise, touches), self.table)
         mode = find_modes(posterior)
         touch = (posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         jacobian = self._calibration_jacobian(touch)
@@ -116,7 +132,8 @@ class FingerMisfit:
         pull = slope @ weight
         left = weight - pull.swapaxes(1, 2) @ np.linalg.solve(hessian, pull)
         information = np.einsum("tii->ti", left)
-        determined = information > LEAST_DETERMINED * np.einsum("tii->ti", weight)
+        within = ~self._beyond_priors(posterior, mode)[:, None]
+        determined = (information > LEAST_DETERMINED * np.einsum("tii->ti", weight)) & within
         left = np.where(determined[:, :, None], left, 0.0)[:, :, :-1]
         spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
         return SensorMisfit(
@@ -128,6 +145,36 @@ class FingerMisfit:
             discrepancy=self._discrepancy,
             scale=self.scale,
         )
+
+    def _beyond_priors(self, posterior: FingerPosterior, mode: FloatArray) -> BoolArray:
+        """Whether a touch is beyond the priors of location and load, (t,): its fit says nothing about the sensor.
+
+        The elements alone must say so, too, because a faulty force sensor can move a fit to the end of a prior. So can
+        a faulty element, but then no harder touch explains the readings.
+        """
+        touches, hardest = posterior.touches, self.priors.load.support[1]
+        measured = np.isfinite(touches.load)
+        harder = np.where(measured, touches.load, mode[:, 2] + AT_THE_END * hardest) > hardest
+        beyond = np.zeros(touches.n_touches, dtype=bool)
+        rows = np.flatnonzero(harder | self._at_the_end(mode[:, 1]))
+        if not len(rows):
+            return beyond
+        alone = touches.select(rows)
+        alone = replace(alone, load=np.full(len(rows), np.nan))
+        whitener = noise_whitener(self.noise, alone)
+        free = replace(posterior, touches=alone, priors=self._with_any_load, whitener=whitener)
+        found = find_modes(free)
+        free = replace(free, whitener=posterior.whitener[rows])
+        squares = (free.residual(found[:, None], np.arange(len(rows)))[:, 0].astype(np.float64) ** 2).sum(axis=1)
+        explained = (found[:, 2] > hardest) & (squares < POOR * (alone.counts > 0).sum(axis=1))
+        hard = harder[rows] & np.where(measured[rows], found[:, 2] > HARD * hardest, explained)
+        beyond[rows] = hard | self._at_the_end(found[:, 1])
+        return beyond
+
+    def _at_the_end(self, angle: FloatArray) -> BoolArray:
+        """Whether locations (t,), rad, are at an end of their prior."""
+        first, last = self.priors.location.support
+        return np.asarray(np.minimum(angle - first, last - angle) < AT_THE_END * (last - first))
 
     def _calibration_jacobian(self, touch: tuple[FloatArray, FloatArray, FloatArray]) -> FloatArray | None:
         known = self.reading_covariance
