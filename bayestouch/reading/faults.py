@@ -25,6 +25,9 @@ LARGEST_SHARE = 1 / 3
 LARGEST_MISFIT, SLIGHT_MISFIT = 2.0, 1.2
 #: Number of columns that are left out on trial if a faulty element shifts the estimates of the touches.
 MOST_TRIED = 8
+#: An element is faulty if a reading is beyond this many times the largest peak at a typical load: no touch makes it.
+#: In a fit it would outweigh all other readings: the touch would follow it, and the other elements would misfit.
+ABSURD = 100.0
 
 
 class FittedTouches(Protocol):
@@ -33,6 +36,11 @@ class FittedTouches(Protocol):
     @property
     def columns(self) -> FloatArray:
         """Readings of each column, (t, k)."""
+        ...
+
+    @property
+    def scale(self) -> FloatArray:
+        """Peak reading of each element at a typical load, then this load, (k,)."""
         ...
 
     @property
@@ -147,13 +155,22 @@ def _check_of_whole(fitted: FittedTouches) -> SensorCheck:
 def _columns_to_leave_out(fitted: FittedTouches) -> BoolArray | None:
     """Columns (k,) to leave out so that the others agree; None if there are too many."""
     k = fitted.columns.shape[1]
-    out = np.zeros(k, dtype=bool)
+    absurd = _absurd(fitted)
+    out = absurd.copy()
     largest = max(1, int(LARGEST_SHARE * (k - 1)))
+    if absurd.sum() > largest:
+        return None
     while (tests := _failed_tests(fitted, out)) is not None:
         out[_worst(fitted, out, tests)] = True
         if out[:-1].sum() > largest:
             return None
-    return _readmitted(fitted, out) if out.sum() > 1 else out
+    return absurd | _readmitted(fitted, out) if out.sum() > 1 else out
+
+
+def _absurd(fitted: FittedTouches) -> BoolArray:
+    """Mask (k,) of elements with a reading that no touch makes."""
+    largest = ABSURD * fitted.scale[:-1].max()
+    return np.append((np.abs(fitted.columns[:, :-1]) > largest).any(axis=0), False)
 
 
 def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
@@ -190,12 +207,13 @@ def _worst(fitted: FittedTouches, out: BoolArray, tests: ColumnTests) -> int:
 def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
     """Two elements, one of them in `out`, that agree with all others if their readings are exchanged; None if none."""
     m = len(out) - 1
-    if not out[:m].any():
+    suspects = out[:m] & ~_absurd(fitted)[:m]
+    if not suspects.any():
         return None
-    without_information = np.isnan(tested(fitted(out)).gain[:m])
-    for first in np.flatnonzero(out[:m]):
+    without_information = np.isnan(tested(fitted(out)).gain[:m]) & ~out[:m]
+    for first in np.flatnonzero(suspects):
         # the other element is faulty too, unless the touches contain no information on it
-        for second in np.flatnonzero((out[:m] | without_information) & (np.arange(m) != first)):
+        for second in np.flatnonzero((suspects | without_information) & (np.arange(m) != first)):
             kept = out.copy()
             kept[[first, second]] = False
             exchanged = fitted.with_order(_exchanged(m, (int(first), int(second))))

@@ -85,6 +85,15 @@ def test_a_faulty_element_is_named_and_left_out(sound: tuple[Calibration, Touche
     assert (result.rows.counts[:, 6] == 0).all()
 
 
+@pytest.mark.parametrize("value", [1e6, 1e9, 1e30, -1e30])
+def test_one_absurd_reading_is_a_fault_of_its_element(sound: tuple[Calibration, Touches], value: float) -> None:
+    touches = sound[1]
+    readings = changed(sound, 6, np.where(touches.touch == touches.touch.min() + 40, value, touches.readings[:, 6]))
+    result = infer(sound, readings=readings)
+    assert found(result) == ["sensor check (92 touches): e07 does not agree with the other elements and is left out"]
+    assert np.median(result.sd("R") / infer(sound).sd("R")) < 1.1
+
+
 def test_swapped_wires_are_exchanged_back(sound: tuple[Calibration, Touches]) -> None:
     order = np.arange(16)
     order[[5, 8]] = 8, 5
@@ -230,6 +239,10 @@ class Fitted:
     columns: np.ndarray
     few: bool = False
 
+    @property
+    def scale(self) -> np.ndarray:
+        return np.full(3, 40.0)
+
     def with_order(self, order: np.ndarray) -> Fitted:
         return self
 
@@ -243,7 +256,7 @@ class Fitted:
             signal_sd=np.zeros((12, 3)),
             shared=lambda direction: np.zeros(3),
             discrepancy=np.zeros(3),
-            scale=np.full(3, 40.0),
+            scale=self.scale,
         )
 
 
