@@ -16,10 +16,7 @@ from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.priors.indenters import IndenterPrior, UniformRadius
 from bayestouch.priors.parameters import Prior, Uniform
-
-# A posterior is cut off by the end of a prior if most draws are in the outer hundredth of the prior, and their mean is
-# nearer to the end than three of their sd: a sharp posterior that fits inside, and a wide one, have no such draws.
-OUTER_SHARE, NEAR = 0.01, 3.0
+from bayestouch.reading.ends import is_at_the_end
 
 
 class CalibratedFinger(Protocol):
@@ -181,13 +178,7 @@ class IndenterPriors:
             (last - angle, last - first),
             (hardest - load, hardest - lightest),
         )
-        return np.asarray(np.any([_is_at_the_end(distance, width) for distance, width in beside], axis=0))
-
-
-def _is_at_the_end(distance: FloatArray, width: float) -> BoolArray:
-    """Whether draws pile up at an end of a prior, (t,); from their distances to it (chain, draw, t) and its width."""
-    outside = (distance < OUTER_SHARE * width).mean(axis=(0, 1)) > 0.5
-    return np.asarray(outside & (distance.mean(axis=(0, 1)) < NEAR * distance.std(axis=(0, 1))))
+        return np.asarray(np.any([is_at_the_end(distance, width) for distance, width in beside], axis=0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
@@ -23,6 +23,7 @@ from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Normal, Parameter, Uniform
 from bayestouch.reading.check import widened
+from bayestouch.reading.ends import is_at_the_end
 from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
 from bayestouch.reading.touch_reader import Drawn, Estimates
@@ -153,12 +154,13 @@ class PadTouchReader:
         return block
 
     def estimates(self, block: TouchMeans, drawn: Drawn) -> Estimates:
-        """Draws of x, y and P, and posterior means of the readings."""
+        """Draws of x, y and P, and posterior means of the readings; grade 0 beyond the calibrated region."""
         reader, effects = self.sampler.reader, self.effects
         posterior = {name: drawn.pop(name) for name in coordinates(reader)}
         predicted, sd = (np.ascontiguousarray(drawn.pop(name).T) for name in PREDICTED)
         stats = {**drawn, "second_round": (drawn["round"] > 1).astype(float)}
         del stats["round"]
+        stats["grade"] = np.where(self._beyond_region(posterior), 0.0, drawn["grade"])
         touches = reader.touches(block)
         load = block.load
         if isinstance(block, CorrectedMeans):
@@ -181,6 +183,16 @@ class PadTouchReader:
         )
         model = PadTouchModel(reader, touches, self.parameters, block.load, load, effects)
         return Estimates(posterior, stats, {**location, "P": load}, rows, model=model)
+
+    def _beyond_region(self, draws: Drawn) -> BoolArray:
+        """Whether an end of the calibrated region cuts off the posterior of a touch, (t,)."""
+        region = self.sampler.reader.map
+        ends = [
+            is_at_the_end(distance, float(high - low))
+            for name, low, high in zip(COORDINATES, region.low, region.high, strict=False)
+            for distance in (draws[name] - low, high - draws[name])
+        ]
+        return np.asarray(np.any(ends, axis=0))
 
     def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:
         """Notes on the use of loads and on the effects that are corrected."""

@@ -1,4 +1,4 @@
-"""Touches on a pad that is read with an effect of the load."""
+"""Touches on a pad: with an effect of the load, and outside of the calibrated region."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ from dataclasses import replace
 import numpy as np
 from pad_simulation import FORCE_NOISE, flattened, flattening, line
 from scipy.stats import norm
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pad_simulation import FORCE_NOISE, SimulatedPad, flattened, flattening, grid, line, square
 
 import bayestouch
 
@@ -53,3 +58,19 @@ def test_weights_for_another_prior_of_a_measured_load_are_as_documented() -> Non
     assert made.parameters[-1].description == (
         "load (the prior is of a load that is not measured; that of a measured one is flat)"
     )
+
+
+@pytest.mark.parametrize("make", [line, square])
+def test_touches_outside_of_the_calibrated_region_are_not_good(make: Callable[[], SimulatedPad]) -> None:
+    """Read at its edge with a small sd; touches in the middle and 0.5 mm inside of the edge are good."""
+    pad, rng = make(), np.random.default_rng(2)
+    dimensions = pad.nominal.shape[1]
+    low, high, n = (9.0, 29.0, 60) if dimensions == 1 else (6.0, 16.0, 8)
+    calibration = bayestouch.calibrate(
+        pad.dataset(pad.touch(grid(low, high, n, dimensions), rng, samples=4)), kernel="gaussian", draws=200
+    )
+    place = np.full((4, dimensions), 0.5 * (low + high))
+    place[1:, -1] = high - 0.5, high + 4, low - 4
+    read = bayestouch.infer(pad.touch(place, rng, samples=16), calibration, draws=512)
+    np.testing.assert_array_equal(read.sample_stats["grade"], [1, 1, 0, 0])
+    assert read.missed == 2
