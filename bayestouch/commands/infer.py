@@ -70,6 +70,7 @@ def infer(
     """
     from bayestouch.inference import Kept, Options, infer_to_file
     from bayestouch.priors.indenter_text import indenter_from_text
+    from bayestouch.results.data import poor_touches
     from bayestouch.results.reading import load_grades
     from bayestouch.results.schema import chosen_groups
 
@@ -92,16 +93,21 @@ def infer(
     except KeyboardInterrupt:
         raise Interrupted("repeat the same command to continue") from None
     stats, notes = load_grades(output)
-    missed, count = int((stats["grade"] == 0).sum()), len(stats["grade"])
+    (beyond, missed), count = poor_touches(stats), len(stats["grade"])
     facts = {
         "file": str(output),
         "touches": count,
         "missed_targets": missed,
+        "beyond_priors": beyond,
         "ess_bulk_least": stats["ess_bulk"].min(),
         "rhat_most": stats["rhat"].max(),
     }
+    poor = [
+        *([f"{beyond} are beyond the loads or places of the calibration (grade 0)"] if beyond else []),
+        *([f"{missed} missed the targets (grade 0 in sample_stats)"] if missed else []),
+    ]
     text = (
         f": {count} touches, bulk ESS {facts['ess_bulk_least']:.0f} or more, R-hat {facts['rhat_most']:.3f} or less; "
-        + (f"{missed} missed the targets (grade 0 in sample_stats)" if missed else "all meet the targets")
+        + ("; ".join(poor) or "all meet the targets")
     )
     say(text, facts, head=str(output), quiet=quiet, as_json=as_json, notes=notes)

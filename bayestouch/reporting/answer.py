@@ -112,6 +112,11 @@ def _model(numbers: dict[str, Any]) -> list[str]:
             f"{number(sampled['ess_bulk'], 2)}, R-hat {number(sampled['rhat'])}), so its posterior is rough."
         )
     grades = numbers["trust"]["convergence"]
+    if grades["beyond"]:
+        sentences.append(
+            f"{grades['beyond']} of {plural(grades['touches'], 'touch')} are harder or farther outside than the "
+            "calibration allows: their estimates are wrong."
+        )
     if grades["missed"]:
         sentences.append(
             f"The sampler did not reach its targets at {grades['missed']} of {plural(grades['touches'], 'touch')}: "

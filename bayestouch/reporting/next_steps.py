@@ -6,7 +6,7 @@ from typing import Any
 
 from bayestouch.checking.lacking import lacking
 from bayestouch.diagnosis.outcome import not_used, worse_lines
-from bayestouch.output.text import listed, number, percent
+from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.body_pages import BodyPages
 from bayestouch.reporting.evidence import Evidence
@@ -22,7 +22,13 @@ def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, st
     # Without repeats, noise and model error cannot be separated, so their parts are not compared.
     if numbers["calibration"]["lack_of_fit"] is not None:
         steps += _limit(numbers["places"], pages.read)
-    return [*steps, *_sampler(numbers["trust"]), *(_made_up_for(line) for line in lacking(evidence.dataset))]
+    trust = numbers["trust"]
+    return [
+        *steps,
+        *_range(trust["convergence"]),
+        *_sampler(trust),
+        *(_made_up_for(line) for line in lacking(evidence.dataset)),
+    ]
 
 
 def _effects(found: dict[str, Any] | None, pages: BodyPages) -> list[dict[str, str]]:
@@ -71,6 +77,15 @@ def _sampler(trust: dict[str, Any]) -> list[dict[str, str]]:
     if (sampled is None or sampled["met"]) and not missed:
         return []
     return [{"what": "Draw more (--draws)", "why": "The sampler missed its targets, see the convergence table."}]
+
+
+def _range(grades: dict[str, Any]) -> list[dict[str, str]]:
+    if not grades["beyond"]:
+        return []
+    why = (
+        f"{grades['beyond']} of {plural(grades['touches'], 'touch')} are beyond the loads or places of the calibration."
+    )
+    return [{"what": "Calibrate with harder touches, or over a wider range", "why": why}]
 
 
 def _made_up_for(line: str) -> dict[str, str]:

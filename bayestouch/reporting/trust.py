@@ -10,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import turned
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.results.data import BEYOND
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.sampling import Demands
 
@@ -24,7 +25,11 @@ _GRADES = {
 
 
 def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
-    """Quality of the draws: worst value and median of every grade, and number of touches that miss its target."""
+    """Quality of the draws: worst value and median of every grade, and number of touches that miss its target.
+
+    ``beyond`` counts touches beyond the loads or places of the calibration; ``missed`` is the number of the others that
+    miss a target.
+    """
     demands = Demands()
     n = len(posteriors.rows.touch)
     rows, missed = [], np.zeros(n, dtype=bool)
@@ -49,9 +54,11 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
                 "missed": int(misses.sum()),
             }
         )
+    beyond = np.asarray(posteriors.sample_stats.get(BEYOND, np.zeros(n))) > 0
     return {
         "touches": n,
-        "missed": int(missed.sum()),
+        "beyond": int(beyond.sum()),
+        "missed": int((missed & ~beyond).sum()),
         "second_round": _second_rounds(posteriors),
         "grades": rows,
     }

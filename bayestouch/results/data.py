@@ -20,6 +20,9 @@ from bayestouch.priors.parameters import Parameter
 from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP, REST_READING, REST_READS
 from bayestouch.results.tips import TipProbabilities
 
+#: Statistic of a touch: 1 if it is beyond the loads or places that the calibration allows, else 0.
+BEYOND = "beyond_prior"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TouchRows(Summarised):
@@ -113,6 +116,19 @@ def require_calibration(value: object) -> None:
     raise not_a("a calibration", value, how)
 
 
+def poor_touches(statistics: Mapping[str, FloatArray]) -> tuple[int, int]:
+    """Numbers of touches with grade 0: those beyond the priors, and the others, which missed the sampler's targets.
+
+    Parameters
+    ----------
+    statistics : mapping of (t,) arrays
+        ``sample_stats`` of posteriors. Without `BEYOND`, no touch is beyond the priors.
+    """
+    poor = np.asarray(statistics["grade"]) == 0
+    beyond = np.asarray(statistics.get(BEYOND, np.zeros(poor.shape))) > 0
+    return int(beyond.sum()), int((poor & ~beyond).sum())
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PosteriorsData(Summarised):
     """Data of posteriors of touches; `bayestouch.results.objects.TouchPosteriors` describes each field."""
@@ -170,6 +186,11 @@ class PosteriorsData(Summarised):
         return low, high
 
     @property
+    def beyond(self) -> int:
+        """Number of touches beyond the loads or places that the calibration allows."""
+        return poor_touches(self.sample_stats)[0]
+
+    @property
     def missed(self) -> int:
-        """Number of touches that missed the targets of effective sample size, R-hat and Pareto shape."""
-        return int((self.sample_stats["grade"] == 0).sum())
+        """Number of other touches that missed the targets of effective sample size, R-hat and Pareto shape."""
+        return poor_touches(self.sample_stats)[1]

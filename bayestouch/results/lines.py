@@ -69,15 +69,23 @@ def _sampler(calibration: CalibrationData) -> list[str]:
 
 def touches_lines(posteriors: PosteriorsData) -> list[str]:
     """Lines about posteriors of touches: touches, draws, grade, short summary of the estimates."""
-    count, missed = len(posteriors.rows.touch), posteriors.missed
-    grade = f"{missed} of {count} missed the sampler's targets" if missed else "all meet the sampler's targets"
+    count = len(posteriors.rows.touch)
     return [
         f"TouchPosteriors of {posteriors.sensor.in_short}",
         f"{plural(count, 'touch')}, {_draws(posteriors.posterior)}" if count else "there are no touches",
-        *([grade] if count else []),
+        *(_grades(posteriors, count) if count else []),
         *filter(None, (_estimates(posteriors, each) for each in posteriors.parameters)),
         *notes_line(posteriors.notes),
     ]
+
+
+def _grades(posteriors: PosteriorsData, count: int) -> list[str]:
+    """Why touches have grade 0, and how many; one line a reason."""
+    beyond, missed = posteriors.beyond, posteriors.missed
+    reasons = [f"{beyond} of {count} are beyond the loads or places of the calibration"] if beyond else []
+    if missed:
+        reasons.append(f"{missed} of {count} missed the sampler's targets")
+    return reasons or ["all meet the sampler's targets"]
 
 
 def _estimates(posteriors: PosteriorsData, parameter: Parameter) -> str:

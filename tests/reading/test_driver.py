@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import arviz as az
@@ -277,6 +278,15 @@ def test_the_command_says_how_many_missed(tmp_path: Path, capsys: pytest.Capture
     assert isinstance(result, TouchPosteriors)
     missed = int((result.sample_stats["grade"] == 0).sum())
     assert (f"{missed} missed the targets" if missed else "all meet the targets") in said
+    # a thousand times the loads of the calibration
+    table = read_touches(files[0] / "touches.csv", result.sensor)
+    write_touches(table.with_(load=1000 * table.load), tmp_path / "hard.csv", result.sensor)
+    hard = ["infer", str(tmp_path / "hard.csv"), *arguments[2:], "--draws", "128", "--no-check"]
+    assert main([*hard, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["touches"], facts["beyond_priors"], facts["missed_targets"]) == (len(result), len(result), 0)
+    assert main(hard) == 0
+    assert f"{len(result)} are beyond the loads or places of the calibration" in capsys.readouterr().out
     assert main([*arguments, "--draws", "128", "--thin", "200"]) == 2
     assert "thin" in capsys.readouterr().err
 

@@ -295,6 +295,9 @@ def test_what_to_do_about_the_sampler() -> None:
     for met, missed, steps in ((True, 0, 0), (None, 0, 0), (False, 0, 1), (True, 1, 1)):
         found = {"calibration_convergence": None if met is None else {"met": met}, "convergence": {"missed": missed}}
         assert len(next_steps._sampler(found)) == steps
+    assert next_steps._range({"beyond": 0, "touches": 7}) == []
+    (step,) = next_steps._range({"beyond": 2, "touches": 7})
+    assert step["why"] == "2 of 7 touches are beyond the loads or places of the calibration."
     assert next_steps._made_up_for("no load; measure it") == {"what": "Measure it", "why": "No load."}
     assert next_steps._made_up_for("no load") == {"what": "No load", "why": ""}
 

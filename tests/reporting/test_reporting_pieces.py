@@ -166,16 +166,18 @@ def test_the_command_names_a_saved_diagnosis(calibration: Calibration) -> None:
 
 
 def test_convergence_counts_touches_that_miss(calibration: Calibration) -> None:
+    """A touch beyond the priors is counted as such, whatever its draws are."""
     stats = {
-        "ess_bulk": np.array([500.0, 300.0, np.nan]),
-        "rhat": np.array([1.0, 1.0, 1.5]),
-        "pareto_k": np.array([0.1, np.nan, 0.2]),
-        "round": np.array([1.0, 2.0, 3.0]),
+        "ess_bulk": np.array([500.0, 300.0, np.nan, 300.0]),
+        "rhat": np.array([1.0, 1.0, 1.5, 1.0]),
+        "pareto_k": np.array([0.1, np.nan, 0.2, 0.1]),
+        "round": np.array([1.0, 2.0, 3.0, 1.0]),
+        "beyond_prior": np.array([0.0, 0.0, 0.0, 1.0]),
     }
-    found = convergence(replace(posteriors_of(calibration, np.full(3, 12.3), 0), sample_stats=stats))
+    found = convergence(replace(posteriors_of(calibration, np.full(4, 12.3), 0), sample_stats=stats))
     grades = {row["name"]: row for row in found["grades"]}
-    assert (found["touches"], found["missed"], found["second_round"]) == (3, 2, 2)
-    assert (grades["ess_bulk"]["missed"], grades["ess_bulk"]["worst"]) == (2, 300.0)
+    assert (found["touches"], found["beyond"], found["missed"], found["second_round"]) == (4, 1, 2, 2)
+    assert (grades["ess_bulk"]["missed"], grades["ess_bulk"]["worst"]) == (3, 300.0)
     assert (grades["rhat"]["missed"], grades["rhat"]["worst"]) == (1, 1.5)
     assert grades["pareto_k"]["missed"] == 0
 
@@ -206,7 +208,7 @@ def test_one_bad_parameter_is_not_hidden_by_good_ones() -> None:
 
 
 def minimal_pad_numbers(**changes: Any) -> dict[str, Any]:
-    grades = {"missed": 0, "touches": 3, "grades": []}
+    grades = {"beyond": 0, "missed": 0, "touches": 3, "grades": []}
     linearity = dict.fromkeys(
         ("load_exponent", "error_percent_peak_linear", "error_percent_peak_power", "load_trend_share")
     )
@@ -228,13 +230,19 @@ def test_answer_tells_what_went_wrong() -> None:
                 calibration={"lack_of_fit": 4.2, "linearity": bent},
                 trust={
                     "coverage": [],
-                    "convergence": {"missed": 2, "touches": 3, "grades": []},
+                    "convergence": {"beyond": 1, "missed": 2, "touches": 3, "grades": []},
                     "calibration_convergence": {"met": False, "ess_bulk": 42.0, "rhat": 1.09},
                 },
             )
         )["sentences"]
     )
-    for words in ("lack of fit 4.2", "power 0.63", "effective sample size 42", "at 2 of 3 touches"):
+    for words in (
+        "lack of fit 4.2",
+        "power 0.63",
+        "effective sample size 42",
+        "at 2 of 3 touches",
+        "1 of 3 touches are harder or farther outside",
+    ):
         assert words in text
     # what the page says beside the calibration: all but the errors
     only_errors = answer(minimal_pad_numbers())

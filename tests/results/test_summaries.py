@@ -256,12 +256,20 @@ def test_posteriors_say_their_grade_and_estimates(
         assert figure(text, rf" {symbol}: .*? to (\S+) {unit};") == pytest.approx(means.max(), rel=ROUNDING)
         assert figure(text, rf" {symbol}: .*?; median sd (\S+) {unit}") == pytest.approx(np.median(sds), rel=ROUNDING)
     assert ("summaries only" in text) == (which == "summaries")
-    for missed in (0, 3):
-        grade = np.ones(len(posteriors.rows.touch), dtype=int)
-        grade[:missed] = 0
-        said = repr(replace(posteriors, sample_stats={**posteriors.sample_stats, "grade": grade}))
-        expected = f"3 of {len(grade)} missed the sampler's targets" if missed else "all meet the sampler's targets"
-        assert expected in said
+    n = len(posteriors.rows.touch)
+    without = {name: each for name, each in posteriors.sample_stats.items() if name != "beyond_prior"}
+    missed, beyond = f"3 of {n} missed the sampler's targets", "are beyond the loads or places of the calibration"
+    for poor, outside, expected in (
+        (0, None, ["all meet the sampler's targets"]),
+        (3, None, [missed]),  # as in files that do not hold the reason
+        (3, 0, [missed]),
+        (2, 2, [f"2 of {n} {beyond}"]),
+        (5, 2, [f"2 of {n} {beyond}", missed]),
+    ):
+        reason = {} if outside is None else {"beyond_prior": (np.arange(n) < outside).astype(float)}
+        stats = {**without, "grade": (np.arange(n) >= poor).astype(float), **reason}
+        said = repr(replace(posteriors, sample_stats=stats))
+        assert [line.strip() for line in said.splitlines()][2 : 2 + len(expected)] == expected
 
 
 def test_draws_on_file_are_not_read(finger: Made, tmp_path: Path) -> None:

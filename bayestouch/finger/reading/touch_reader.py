@@ -35,6 +35,7 @@ from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.priors.radius import RadiusOfTips
 from bayestouch.reading.check import widened
+from bayestouch.reading.ends import graded
 from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
 from bayestouch.reading.touch_reader import Drawn, Estimates
@@ -196,7 +197,7 @@ class FingerTouchReader:
         if log_probability is not None and isinstance(radius, RadiusOfTips):
             tips = TipProbabilities.of(radius, log_probability)
         stats = {name: values for name, values in drawn.items() if name not in posterior}
-        stats["grade"] = np.where(self._beyond_priors(block.readings, posterior), 0.0, drawn["grade"])
+        stats = graded(stats, self._beyond_priors(block.readings, posterior))
         model = None
         if whitener is not None:
             sampler = self.sampler

@@ -23,7 +23,7 @@ from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Normal, Parameter, Uniform
 from bayestouch.reading.check import widened
-from bayestouch.reading.ends import is_at_the_end
+from bayestouch.reading.ends import graded, is_at_the_end
 from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
 from bayestouch.reading.touch_reader import Drawn, Estimates
@@ -160,7 +160,7 @@ class PadTouchReader:
         predicted, sd = (np.ascontiguousarray(drawn.pop(name).T) for name in PREDICTED)
         stats = {**drawn, "second_round": (drawn["round"] > 1).astype(float)}
         del stats["round"]
-        stats["grade"] = np.where(self._beyond_region(posterior), 0.0, drawn["grade"])
+        stats = graded(stats, self._beyond_region(posterior))
         touches = reader.touches(block)
         load = block.load
         if isinstance(block, CorrectedMeans):
