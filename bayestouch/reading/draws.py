@@ -51,6 +51,14 @@ class DrawPlan:
         return -(-self.draws // CHAINS)
 
     @property
+    def largest_rhat(self) -> float:
+        """R-hat that no parameter of a touch may exceed; otherwise the touch is drawn again.
+
+        R-hat of correct chains scatters, by about as many hundredths as there are chains for each hundred draws.
+        """
+        return 1 + max(0.02, 3 / self.draws_a_chain)
+
+    @property
     def first_round(self) -> int:
         """Number of the round in which all touches are drawn."""
         return 0 if self.method == "importance" else 1
@@ -237,8 +245,7 @@ def _sample(
     common: dict[str, Any] = {"walkers": CHAINS, "draws": n, "seed": plan.seed, "blocks": numbers}
     if rounds[0] == 0:
         return importance_blocks(log_density, proposal, proposals=plan.draws, least_ess=plan.least_ess, **common)
-    # R-hat of correct chains scatters, by about as many hundredths as there are chains for each hundred draws.
-    demands = Demands(ess_bulk=plan.least_ess, rhat=1 + max(0.02, 3 / n))
+    demands = Demands(ess_bulk=plan.least_ess, rhat=plan.largest_rhat)
     return sample_blocks(log_density, proposal, demands=demands, first_round=rounds[0], rounds=rounds[1], **common)
 
 

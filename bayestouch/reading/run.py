@@ -135,6 +135,7 @@ def touch_run(
         **({} if check is None else fault_settings(check)),
         "draws": float(draws),
         "least_ess": plan.least_ess,
+        "largest_rhat": plan.largest_rhat,
         "seed": float(options.seed),
         "version": __version__,
     }

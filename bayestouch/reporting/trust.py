@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,12 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
     ``beyond`` counts touches beyond the loads or places of the calibration; ``missed`` is the number of the others that
     miss a target.
     """
-    demands = Demands()
+    usual, settings = Demands(), posteriors.settings
+    demands = replace(
+        usual,
+        ess_bulk=float(settings.get("least_ess", usual.ess_bulk)),
+        rhat=float(settings.get("largest_rhat", usual.rhat)),
+    )
     n = len(posteriors.rows.touch)
     rows, missed = [], np.zeros(n, dtype=bool)
     for name, (sign, label) in _GRADES.items():
@@ -48,7 +54,7 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
                 "name": name,
                 "label": label,
                 "target": target,
-                "demand": f"at {'least' if sign > 0 else 'most'} {target:g}",
+                "demand": f"at {'least' if sign > 0 else 'most'} {target:.4g}",
                 "worst": float(sign * np.min(sign * values[given])) if given.any() else None,
                 "median": float(np.median(values[given])) if given.any() else None,
                 "missed": int(misses.sum()),

@@ -48,6 +48,18 @@ def test_blocks_that_are_drawn_ahead_are_the_same(
     same(bayestouch.load(path), whole)
 
 
+@pytest.mark.parametrize(("draws", "limit"), [(64, 1 + 3 / 16), (200, 1.06), (600, 1.02), (1024, 1.02)])
+def test_the_largest_rhat_is_a_setting_of_the_result(draws: int, limit: float) -> None:
+    """It decides the grade: 3 over the draws of a chain above 1, and at least 0.02."""
+    touches, calibration = calibrated()
+    result = bayestouch.infer(touches, calibration, draws=draws, seed=5, workers=1)
+    assert result.settings["largest_rhat"] == pytest.approx(limit)
+    rhat, ess = result.sample_stats["rhat"], result.sample_stats["ess_bulk"]
+    good = (rhat <= result.settings["largest_rhat"]) & (ess >= result.settings["least_ess"])
+    assert good[result.sample_stats["grade"] == 1].all()
+    assert draws != 64 or (rhat[result.sample_stats["grade"] == 1] > 1.02).any()
+
+
 def test_work_begins_before_its_result_is_needed() -> None:
     """Three blocks are begun before the first is complete, and no more."""
     begun: list[int] = []

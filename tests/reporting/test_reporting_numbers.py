@@ -33,6 +33,7 @@ def posteriors(draws: dict[str, list[list[float]]], **changes: Any) -> Any:
         "posterior": made,
         "parameters": [SimpleNamespace(name=name, unit=units[name]) for name in draws],
         "sample_stats": {},
+        "settings": {},
         "reference": {},
         "rows": None,
         "mean": lambda name: made[name].mean(axis=(0, 1)),
@@ -105,6 +106,14 @@ def test_convergence() -> None:
     assert [grades[name]["median"] for name in ("ess_bulk", "rhat", "pareto_k")] == [400.0, 1.01, 0.5]
     assert [grades[name]["demand"] for name in ("ess_bulk", "rhat")] == ["at least 400", "at most 1.02"]
     assert "acceptance" not in grades
+    # few draws have targets of their own, which the result states
+    few = {"least_ess": 102.4, "largest_rhat": 1 + 3 / 64}
+    stats = {"ess_bulk": np.array([102.4, 102.0]), "rhat": np.array([1.046, 1.047])}
+    found = trust.convergence(
+        posteriors({}, rows=SimpleNamespace(touch=np.arange(2)), sample_stats=stats, settings=few)
+    )
+    assert [row["demand"] for row in found["grades"]] == ["at least 102.4", "at most 1.047"]
+    assert [row["missed"] for row in found["grades"]] == [1, 1] and found["missed"] == 1
     old = posteriors(
         {}, rows=SimpleNamespace(touch=np.arange(2)), sample_stats={"second_round": np.array([True, True])}
     )
