@@ -57,6 +57,9 @@ class PadSpots(Summarised):
 def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = None, reads: int = 1) -> PadSpots:
     """Maps of the expected location errors of a calibrated pad.
 
+    The errors are those about the place of the touch. If another place gives nearly the same readings, such as the
+    mirror image of a place beside a row of elements, a touch may be located there: the error is then larger.
+
     Parameters
     ----------
     reader : PadReader

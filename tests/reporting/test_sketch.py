@@ -45,6 +45,7 @@ def test_a_plane_is_a_map_with_its_largest_y_on_top() -> None:
     places = {
         "by_location": {"x_mm": list(x), "y_mm": list(y), "error_mm": list(1.0 + y)},
         "elements_mm": [[1.0, 4.0]],
+        "within": "the calibrated region",
         "size_mm": {"x": 2.0, "y": 4.0},
         "best": {"x_mm": 0.0, "y_mm": 0.0, "error_mm": 1.0},
         "worst": {"x_mm": 2.0, "y_mm": 4.0, "error_mm": 5.0},
@@ -54,7 +55,7 @@ def test_a_plane_is_a_map_with_its_largest_y_on_top() -> None:
     assert [(float(each["cx"]), float(each["cy"])) for each in marks] == [(0.0, 300.0), (150.0, 0.0)]
     (element,) = (points(shape) for shape in drawn.shapes if shape.attributes.get("class") == "element")
     assert element.mean(axis=0) == pytest.approx([75.0, 0.0], abs=0.01)
-    assert "2 × 4 mm" in drawn.title
+    assert "2 × 4 mm; best and worst are within the calibrated region" in drawn.title
 
 
 def test_colours_follow_the_values() -> None:
@@ -92,7 +93,7 @@ def test_elements_outside_the_touched_places_are_drawn(plane: bool) -> None:
     if plane:
         columns["y_mm"] = list(np.tile(np.linspace(0.0, 40.0, 5), 5))
         elements, best = [[0.0, -20.0], [100.0, 60.0]], best | {"y_mm": 0.0}
-    places = {"by_location": columns, "elements_mm": elements, "size_mm": {"x": 80.0, "y": 40.0}}
+    places = {"by_location": columns, "elements_mm": elements, "within": "", "size_mm": {"x": 80.0, "y": 40.0}}
     drawn = pad_sketch({"places": {**places, "best": best, "worst": best}})
     left, top, width, height = map(float, drawn.view.split())
     found = [points(shape) for shape in drawn.shapes if shape.attributes.get("class") == "element"]

@@ -12,7 +12,7 @@ from bayestouch.reporting.body_pages import BodyNumbers
 from bayestouch.reporting.differences import load_errors, load_summary
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.headline import HeadlineError
-from bayestouch.reporting.pad.locations import axes_of, inside_array, location_errors, pad_errors
+from bayestouch.reporting.pad.locations import axes_of, inside_array, location_errors, pad_errors, several_modes
 from bayestouch.reporting.pad.peaks import element_peaks
 from bayestouch.reporting.pad.places import about_places
 from bayestouch.results.units import load_unit
@@ -48,6 +48,7 @@ def _estimates(evidence: Evidence) -> dict[str, Any]:
         "errors": pad_errors(evidence),
         "spacing_mm": _spacing(pad_of(evidence.sensor)),
         "posterior_sd_mm": float(np.median(sd)),
+        "several_modes_percent": float(100 * np.mean(several_modes(posteriors))),
         "load": load_summary(evidence),
     }
 

@@ -27,6 +27,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     spots = pad_spots(reader, where, reads=samples)
     places = element_places(evidence)
     inside = ((where >= places.min(axis=0)) & (where <= places.max(axis=0))).all(axis=1)
+    within = "the array of elements" if inside.any() else "the calibrated region"
     inside = inside if inside.any() else np.ones(len(where), dtype=bool)
     columns = {name: where[:, i] for i, name in enumerate(("x_mm", "y_mm")[: where.shape[1]])}
     columns |= {
@@ -35,15 +36,16 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "shared_mm": np.sqrt((spots.bias_rms**2).sum(axis=1)),
     }
     noise, shared = (float(np.mean(columns[name][inside] ** 2)) for name in ("noise_mm", "shared_mm"))
-    within = np.flatnonzero(inside)
+    rows = np.flatnonzero(inside)
     return {
         "body": "pad",
         "samples": samples,
         "size_mm": {axis: float(b - a) for axis, a, b in zip("xy", low, high, strict=False)},
         "by_location": rounded_columns(columns),
         "elements_mm": places,
-        "best": place_at(columns, int(within[spots.sd[within].argmin()])),
-        "worst": place_at(columns, int(within[spots.sd[within].argmax()])),
+        "within": within,
+        "best": place_at(columns, int(rows[spots.sd[rows].argmin()])),
+        "worst": place_at(columns, int(rows[spots.sd[rows].argmax()])),
         "inside_rms_mm": float(np.sqrt(np.mean(spots.sd[inside] ** 2))),
         "shared_percent": 100 * shared / (noise + shared),
     }

@@ -40,7 +40,7 @@ def sensor_picture(evidence: Evidence, numbers: dict[str, Any]) -> Picture:
         "Where the pad reads well",
         PREDICTED
         + "Standard deviation of the location with noise and what the calibration leaves open; elements as triangles.",
-        "The pad with the error of the location to expect: within the array from "
+        f"The pad with the error of the location to expect: within {places['within']} from "
         f"{number(best['error_mm'], 2)} mm at x = {fixed(best['x_mm'], 1)} mm to "
         f"{number(worst['error_mm'], 2)} mm at x = {fixed(worst['x_mm'], 1)} mm.",
         content,

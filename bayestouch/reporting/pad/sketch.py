@@ -62,8 +62,8 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
         f"{ends[0]} mm",
         f"{ends[1]} mm",
         f"Error of the location to expect at each place (rms, logarithmic colours), over "
-        f"{' × '.join(number(side, 3) for side in sides)} mm; best and worst are within the array of elements",
-        "The pad with the expected error of the location in colour: within the array best "
+        f"{' × '.join(number(side, 3) for side in sides)} mm; best and worst are within {places['within']}",
+        f"The pad with the expected error of the location in colour: within {places['within']} best "
         f"{number(best['error_mm'], 2)} mm at x = {fixed(best['x_mm'], 1)} mm, worst {number(worst['error_mm'], 2)} mm "
         f"at x = {fixed(worst['x_mm'], 1)} mm.",
     )

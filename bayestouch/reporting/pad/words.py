@@ -7,6 +7,9 @@ from typing import Any
 from bayestouch.output.text import fixed, number, percent, plural
 from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row
 
+# Percentage of touches with several separate places from which predicted errors are said to be those about one place.
+_MOSTLY = 50.0
+
 
 def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
     """Sentences on the errors of location and load, and key numbers."""
@@ -54,11 +57,17 @@ def _load(estimates: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
 
 def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Answer on where the errors of a pad are smallest."""
-    best, worst = numbers["places"]["best"], numbers["places"]["worst"]
+    places, several = numbers["places"], numbers["estimates"]["several_modes_percent"]
+    best, worst = places["best"], places["worst"]
     reason = (
         f"Predicted from the calibration: location to {number(best['error_mm'], 2)} mm at the best place and "
-        f"{number(worst['error_mm'], 2)} mm at the worst, within the array of elements."
+        f"{number(worst['error_mm'], 2)} mm at the worst, within {places['within']}."
     )
+    if several >= _MOSTLY:
+        reason += (
+            f" At {percent(several)} % of touches more than one separate place fits the readings: this is the error "
+            "about one of them."
+        )
     return [verdict_row("Where?", f"Best at {_place(best)}, worst at {_place(worst)}", reason)]
 
 

@@ -30,6 +30,12 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
     monkeypatch.setattr(places, "typical_samples", lambda _evidence: 4)
     found = places.about_places(cast(Any, SimpleNamespace(calibration=None)))
     assert (found["best"]["x_mm"], found["worst"]["x_mm"]) == pytest.approx((30.0, 90.0))
+    assert found["within"] == "the array of elements"
     assert found["inside_rms_mm"] == pytest.approx(np.sqrt(np.mean(np.arange(30, 91) ** 2)) / 10)
     # variances of 0.6² and 0.8² of the error
     assert found["shared_percent"] == pytest.approx(64.0)
+    # between two steps there is no place that is inside of the array
+    monkeypatch.setattr(places, "element_places", lambda _evidence: np.array([[30.5]]))
+    found = places.about_places(cast(Any, SimpleNamespace(calibration=None)))
+    assert found["within"] == "the calibrated region"
+    assert (found["best"]["x_mm"], found["worst"]["x_mm"]) == pytest.approx((0.0, 120.0))

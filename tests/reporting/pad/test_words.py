@@ -67,6 +67,18 @@ def test_load_and_missing_references() -> None:
 
 def test_where() -> None:
     best, worst = {"x_mm": 1.24, "y_mm": -3.0, "error_mm": 0.123}, {"x_mm": 9.96, "error_mm": 4.56}
-    (row_,) = own_answers({"places": {"best": best, "worst": worst}})
-    assert row_["short"] == "Best at x = 1.2, y = −3.0 mm, worst at x = 10.0 mm"
-    assert "location to 0.12 mm at the best place and 4.6 mm at the worst" in row_["reason"]
+    places = {"best": best, "worst": worst, "within": "the calibrated region"}
+    predicted = (
+        "Predicted from the calibration: location to 0.12 mm at the best place and 4.6 mm at the worst, within the "
+        "calibrated region."
+    )
+    for several, more in (
+        (49.0, ""),
+        (
+            63.3,
+            " At 63 % of touches more than one separate place fits the readings: this is the error about one of them.",
+        ),
+    ):
+        (row_,) = own_answers({"places": places, "estimates": {"several_modes_percent": several}})
+        assert row_["short"] == "Best at x = 1.2, y = −3.0 mm, worst at x = 10.0 mm"
+        assert row_["reason"] == predicted + more
