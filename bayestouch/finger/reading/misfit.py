@@ -108,7 +108,7 @@ class FingerMisfit:
             load=np.full(touches.n_touches, np.nan) if out[m] else touches.load,
         )
         harder = bool((touches.load > self.priors.load.support[1]).any())
-        # Held at the end of its prior, the load would disagree with force sensor and elements alike.
+        # Held at the end of its prior, the load would agree with neither force sensor nor elements.
         priors = self._with_any_load if harder else self.priors
         posterior = FingerPosterior(self.chain, touches, priors, noise_whitener(self.noise, touches), self.table)
         mode = find_modes(posterior)
