@@ -18,7 +18,7 @@ import bayestouch
 from bayestouch.baselines import HeldOutBaseline, baselines
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.traced import Traced
-from bayestouch.inference import infer
+from bayestouch.inference import infer_with
 from bayestouch.model.held_out import HeldOut, rms_percent
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
@@ -166,7 +166,7 @@ def kernel_alone(traced: Traced, kernel: str) -> tuple[bayestouch.Calibration, T
     assert held is not None
     known = data.table.select(data.training).with_(notes=())
     calibration = calibrate_pad(replace(data.dataset, calibration=known), kernel=kernel, empirical=False)
-    return calibration, read_held_out(infer, calibration, data, held, seed=0)
+    return calibration, read_held_out(infer_with, calibration, data, held, seed=0)
 
 
 def worths(dataset: DataSet, traced: Traced) -> list[Worth]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from bayestouch.diagnosis.traced import EvaluatedModel
-from bayestouch.inference import infer
+from bayestouch.inference import infer_with
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.as_stated import at_stated_references
 from bayestouch.model.beginning import Evaluation
@@ -55,7 +55,7 @@ class ToEvaluate:
         """What takes nearly all the time; it shows no progress."""
         calibration = self.evaluation.calibration(self.fitted, self.added, self.correction)
         held = self.held_out if self.sample else None
-        return calibration, None if held is None else self.evaluation.read(infer, calibration, held)
+        return calibration, None if held is None else self.evaluation.read(infer_with, calibration, held)
 
     def with_posteriors(self, found: Posteriors) -> EvaluatedModel:
         """The evaluated model, from its `posteriors`."""

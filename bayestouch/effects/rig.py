@@ -67,7 +67,7 @@ class ProberEccentricity(Effect):
     `edge_cosine` are such errors of an edge: the same everywhere, and with a period of one turn. The error also has two
     and three waves a turn, as a chuck has three jaws. And a finger is clamped anew, works loose, or slips: a, b, and an
     error `turn` that is the same everywhere change with time. Half wave k in time is k half periods of a cosine over
-    the recording.
+    the recording, and stays as it is at the end.
 
     Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
     """
@@ -145,8 +145,8 @@ class LoadOffset(Effect):
 
     The gains absorb the mean effect. What can be observed is that readings do not go to zero with the load as read, and
     that contacts are slightly narrower or wider than the load as read implies. In the looser form, which a finger has,
-    the offset changes with time by half waves over the recording: force sensors warm up, are knocked, and are set to
-    zero again.
+    the offset changes with time by half waves over the recording, and stays as it is at the end: force sensors warm up,
+    are knocked, and are set to zero again.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on bias and sensitivity of instruments.
     """

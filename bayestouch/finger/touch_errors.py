@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.data.arrays import nearest_turn
-from bayestouch.data.touches import Touches
+from bayestouch.finger.chain_with_effects import ChainWithEffects
+from bayestouch.finger.reading.true_load import changing_in_time
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.split_data import SplitData
@@ -22,6 +23,7 @@ from bayestouch.model.touch_errors import (
     summarised,
 )
 from bayestouch.reading.fault_notes import is_sound
+from bayestouch.reading.options import Kept, Options
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
 
@@ -30,14 +32,23 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
 
     Touches are read twice: with the load of the force sensor for R and location, and without it for the load. With
     drifts, or effects that differ between samples, all touches of the same sessions are read too, without references.
+    Effects that change with time act as at the times of the touches, which belong to the recording of the calibration.
     """
     # The rest reading is already subtracted from the table.
     plain = calibration.with_rest_reading(None)
-    table = _to_be_read(calibration, data)
+    rows = _to_be_read(calibration, data)
+    table = data.table.select(rows)
 
     def read(use_load: bool, check: bool) -> TouchPosteriors:
-        options = {"method": "importance", "draws": DRAWS, "seed": seed}
-        return infer(table, plain, use_load=use_load, check_sensor=check, **options)
+        options = Options(
+            use_load=use_load,
+            check_sensor=check,
+            method="importance",
+            kept=Kept(DRAWS, summarised=False),
+            seed=seed,
+            recorded_s=data.time_s[rows] if _change_in_time(calibration) else None,
+        )
+        return infer(table, plain, options)
 
     with_load = read(True, check=True)
     # Without faults the second reading does not need the check, which takes as long as the reading.
@@ -96,8 +107,12 @@ def _summary(by_touch: Mapping[str, FloatArray]) -> TouchErrors:
     return TouchErrors(**{key: summarised(key, values) for key, values in by_touch.items()})
 
 
-def _to_be_read(calibration: Calibration, data: SplitData) -> Touches:
+def _to_be_read(calibration: Calibration, data: SplitData) -> BoolArray:
     listed = EffectList.of(calibration)
     if listed is None or not (listed.drifts or any(effect.needs_samples for effect in listed.plain)):
-        return data.table.select(data.held_out)
-    return data.table.select(np.isin(data.session, data.session[data.held_out]))
+        return data.held_out
+    return np.isin(data.session, data.session[data.held_out])
+
+
+def _change_in_time(calibration: Calibration) -> bool:
+    return calibration.has_effects and bool(changing_in_time(ChainWithEffects.of(calibration)))

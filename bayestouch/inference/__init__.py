@@ -30,7 +30,7 @@ from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.reading import load_touches
 from bayestouch.results.schema import chosen_groups
 
-__all__ = ["Kept", "Options", "infer", "infer_to_file"]
+__all__ = ["Kept", "Options", "infer", "infer_to_file", "infer_with"]
 
 
 def infer(
@@ -139,6 +139,12 @@ def infer(
         return load_touches(output)
     run, _ = _run(touches, calibration, options)
     return read_in_memory(run, kept, _executor(workers, scheduler), progress)
+
+
+def infer_with(touches: Touches, calibration: Calibration, options: Options) -> TouchPosteriors:
+    """Posteriors of a table in memory by all cores, as of `infer`, with options that it does not have."""
+    run, _ = _run(touches, calibration, options)
+    return read_in_memory(run, options.kept, _executor(None, None), None)
 
 
 def infer_to_file(

@@ -154,11 +154,14 @@ class UntimedTouches:
     ----------
     n_touches : int
         Number of touches.
+    when_s : (t,) array or float
+        Time of the touches on the clock of the calibration; by default they are later than its end.
     unit, history
         As in `Observations`; there is no history.
     """
 
     n_touches: int
+    when_s: FloatArray | float = np.inf
     unit: str = "s"
     history: History | None = None
 
@@ -169,10 +172,15 @@ class UntimedTouches:
 
     @property
     def touch_time_s(self) -> FloatArray:
+        """Time of each touch, (t,)."""
+        return np.broadcast_to(np.asarray(self.when_s), (self.n_touches,))
+
+    @property
+    def touch_held_s(self) -> FloatArray:
         """Zeros, (t,)."""
         return np.zeros(self.n_touches)
 
-    time_s = held_s = touch_held_s = touch_time_s
+    time_s, held_s = touch_time_s, touch_held_s
 
     @property
     def row_touch(self) -> IntArray:

@@ -69,7 +69,7 @@ class TouchReading:
     with_edge: BoolArray | None = None
 
 
-#: Type of `bayestouch.infer`, which is in a higher layer.
+#: Type of `bayestouch.inference.infer_with`, which is in a higher layer.
 Infer = Callable[..., TouchPosteriors]
 
 

@@ -22,6 +22,7 @@ from bayestouch.model.touch_errors import (
     summarised,
 )
 from bayestouch.pad.corrected import PadEffects
+from bayestouch.reading.options import Kept, Options
 from bayestouch.results.objects import Calibration
 
 
@@ -56,7 +57,7 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     # The rest reading is already subtracted from the table.
     plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
-    read = infer(table, plain, draws=DRAWS, seed=seed)
+    read = infer(table, plain, Options(kept=Kept(DRAWS, summarised=False), seed=seed))
     index = rows_of_held_out(read, held)
     axes = [name for name in ("x", "y") if name in held.stated]
     squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
@@ -89,7 +90,7 @@ def _loads(
     """
     if not (np.isfinite(held.stated["P"]).any() and calibration.settings["load_measured"]):
         return (np.full(len(index), np.nan),) * 3
-    read = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
+    read = infer(table, calibration, Options(use_load=False, kept=Kept(DRAWS, summarised=False), seed=seed))
     low, high = read.interval("P", COVERAGE)
     return tuple(np.asarray(each)[index] for each in (read.mean("P"), low, high))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from bayestouch.array_types import FloatArray
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.errors import InputError, nearest, require_whole, shown
 from bayestouch.priors.indenters import IndenterPrior
@@ -44,7 +45,12 @@ class Kept:
 
 @dataclass(frozen=True)
 class Options:
-    """All options that influence a result; `bayestouch.infer` describes them."""
+    """All options that influence a result; `bayestouch.infer` describes them.
+
+    It has no `recorded_s`: times (n,) of all rows of the table on the clock of the calibration, in the unit of its
+    effects, for touches that were recorded with those of the calibration. Effects of a finger that change with time
+    then act as at these times. None for touches after the calibration.
+    """
 
     indenter: IndenterPrior | None = None
     plug_in: bool = False
@@ -55,6 +61,7 @@ class Options:
     kept: Kept = field(default_factory=Kept)
     seed: int = 0
     groups: tuple[str, ...] = ()
+    recorded_s: FloatArray | None = None
 
     def check(self, source: TouchSource, calibration: Calibration) -> None:
         """Refuse options that are impossible.

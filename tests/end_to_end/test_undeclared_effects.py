@@ -88,6 +88,7 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
         reads=np.ones(t),
         slopes=np.zeros((0, 2, t, m)),
         exact=True,
+        time_s=np.full(t, np.inf),
     )
     chain = affected.model.chain(affected.vector)
     read = context.readings(chain.predict(*touch), *touch, np.arange(t))

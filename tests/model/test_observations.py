@@ -96,8 +96,10 @@ def test_history() -> None:
 def test_touches_of_which_only_the_number_counts() -> None:
     touches = UntimedTouches(3)
     assert np.isnan(touches.load).all() and len(touches.load) == 3 and touches.unit == "s"
-    for zero in (touches.touch_time_s, touches.time_s, touches.held_s):
-        np.testing.assert_array_equal(zero, np.zeros(3))
+    for later in (touches.touch_time_s, touches.time_s):
+        np.testing.assert_array_equal(later, np.full(3, np.inf))
+    np.testing.assert_array_equal(UntimedTouches(2, np.array([3.0, 4.0])).time_s, [3.0, 4.0])
+    np.testing.assert_array_equal(touches.held_s, np.zeros(3))
     np.testing.assert_array_equal(touches.row_touch, [0, 1, 2])
     values = np.arange(3.0)
     assert touches.of_touches(values) is values

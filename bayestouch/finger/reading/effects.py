@@ -19,7 +19,7 @@ from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.covariance import root_of, spread_of
 from bayestouch.finger.reading.reader import TouchContext
-from bayestouch.finger.reading.true_load import TrueLoads, after_calibration
+from bayestouch.finger.reading.true_load import TrueLoads, recorded_touches
 from bayestouch.model.observations import Observations, UntimedTouches
 
 # Number of steps from readings to signals: an effect changes a reading by some ten percent, and each step is ten times
@@ -49,6 +49,8 @@ class EffectContext:
         Derivative of `scale` and `shift` over the values of the effects that depend on time.
     exact : bool
         Whether the calibration counts as exact.
+    time_s : (t,) array
+        Time of each touch on the clock of the calibration; infinite after its end.
     loads : TrueLoads or None
         Measured loads corrected for effects of the rig; None if there is no such effect.
     """
@@ -60,6 +62,7 @@ class EffectContext:
     reads: FloatArray
     slopes: FloatArray
     exact: bool
+    time_s: FloatArray
     loads: TrueLoads | None = None
 
     def select(self, index: IntArray) -> EffectContext:
@@ -71,6 +74,7 @@ class EffectContext:
             extra=self.extra[index],
             reads=self.reads[index],
             slopes=self.slopes[:, :, index],
+            time_s=self.time_s[index],
             loads=None if self.loads is None else self.loads.select(index),
         )
 
@@ -84,6 +88,7 @@ class EffectContext:
             extra=np.concatenate([part.extra for part in contexts]),
             reads=np.concatenate([part.reads for part in contexts]),
             slopes=np.concatenate([part.slopes for part in contexts], axis=2),
+            time_s=np.concatenate([part.time_s for part in contexts]),
             loads=None if self.loads is None else self.loads.joined([p.loads for p in contexts if p.loads is not None]),
         )
 
@@ -106,7 +111,7 @@ class EffectContext:
         if self._pointwise:
             model = self.effects_chain.model
             tip = indenter_radius(radius_mm, model.finger.outer_radius_mm)
-            recording = after_calibration(model, np.degrees(angle), load, signal, tip)
+            recording = recorded_touches(model, self.time_s[touch], np.degrees(angle), load, signal, tip)
             out = recording.signal
             for effect, values in self._pointwise:
                 if out is not recording.signal:
@@ -194,7 +199,7 @@ class EffectContext:
         return spread_of(jacobian, self._root)
 
     def _at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
-        return self._static.observing(UntimedTouches(len(load))).at(radius_mm, angle, load)
+        return self._static.observing(UntimedTouches(len(load), self.time_s)).at(radius_mm, angle, load)
 
     @cached_property
     def _root(self) -> FloatArray:

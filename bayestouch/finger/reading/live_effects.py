@@ -22,7 +22,7 @@ REMEMBERED = 24
 
 
 def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: bool) -> EffectContext:
-    """Context of touches without the effects that depend on time."""
+    """Context of touches after the calibration, without the effects that differ between the samples of a touch."""
     m, q = effects_chain.model.n_elements, len(timed_rows(effects_chain))
     t = n_touches
     return EffectContext(
@@ -33,6 +33,7 @@ def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: boo
         reads=np.ones(t),
         slopes=np.zeros((q, 2, t, m)),
         exact=exact,
+        time_s=np.full(t, np.inf),
     )
 
 
@@ -234,8 +235,9 @@ class FingerStream:
         return np.asarray(total)
 
     def _true_load(self, one: OneTouch, angle: float) -> TrueLoads:
-        degrees, load, sd = (np.array([each]) for each in (np.degrees(angle), one.load, one.load_sd))
-        return true_loads(self.effects_chain, degrees, load, sd, exact=self.exact)
+        # A stream is later than the calibration.
+        time_s, degrees, load, sd = (np.array([each]) for each in (np.inf, np.degrees(angle), one.load, one.load_sd))
+        return true_loads(self.effects_chain, time_s, degrees, load, sd, exact=self.exact)
 
     def _with_loads(
         self, context: EffectContext, loads: TrueLoads, columns: FloatArray | None, signal: FloatArray

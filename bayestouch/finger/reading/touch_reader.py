@@ -29,7 +29,7 @@ from bayestouch.finger.reading.reader import CalibratedFinger, FingerPosterior, 
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
 from bayestouch.finger.reading.touches_with_effects import observe, prepare
-from bayestouch.finger.reading.true_load import changes_load
+from bayestouch.finger.reading.true_load import changes_load, changing_in_time
 from bayestouch.model.observations import Observations
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
@@ -48,11 +48,15 @@ ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class AveragedTouches:
-    """Means of touches; with effects also the observations with times, and a note on the assumed times."""
+    """Means of touches; with effects also the observations with times, and a note on the assumed times.
+
+    `recorded_s` (t,) is the time of each touch on the clock of the calibration, None for touches after it.
+    """
 
     means: TouchMeans
     observed: Observations | None = None
     note: str = ""
+    recorded_s: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +108,10 @@ class FingerTouchReader:
 
     @property
     def needs_whole_table(self) -> bool:
-        """True if drifts are estimated, an effect depends on earlier touches, or loads are corrected."""
-        return self._with_time or (self.effects_chain is not None and changes_load(self.effects_chain))
+        """True if drifts are estimated, an effect depends on earlier touches, loads are corrected or times given."""
+        if self.effects_chain is None:
+            return False
+        return self._with_time or changes_load(self.effects_chain) or self.options.recorded_s is not None
 
     @property
     def drifts_are_estimated(self) -> bool:
@@ -144,7 +150,10 @@ class FingerTouchReader:
         if self.effects_chain is None:
             return AveragedTouches(rows_as_touches(piece) if self.options.each_sample else piece.averaged())
         observed, note = observe(piece, self.effects_chain, self.noise, self.options.each_sample)
-        return AveragedTouches(observed.means, observed, note if self._with_time else "")
+        recorded_s = self.options.recorded_s
+        if recorded_s is not None:
+            recorded_s = observed.of_touches(recorded_s[piece.in_contact])
+        return AveragedTouches(observed.means, observed, note if self._with_time else "", recorded_s)
 
     def ready(self, touches: AveragedTouches) -> FingerTouches:
         """The touches with the effects at their times, drifts estimated from all touches, and true loads."""
@@ -155,7 +164,10 @@ class FingerTouchReader:
             observed = None if observed is None else observed.with_wires(self.check.order)
         unknown = readings_of(means, self.noise.force_sd, use_load)
         if observed is not None and self.effects_chain is not None:
-            unknown = prepare(unknown, observed, self.effects_chain, self.sampler, plug_in=self.options.plug_in)
+            after = np.full(means.n_touches, np.inf)
+            time_s = after if touches.recorded_s is None else touches.recorded_s
+            chain, plug_in = self.effects_chain, self.options.plug_in
+            unknown = prepare(unknown, observed, chain, self.sampler, time_s=time_s, plug_in=plug_in)
         return FingerTouches(means, unknown)
 
     def fitted(self, block: FingerTouches) -> FingerMisfit:
@@ -207,13 +219,18 @@ class FingerTouchReader:
         return Estimates(posterior, stats, reference, rows, tips, model)
 
     def notes(self, found: Survey, whole: AveragedTouches | None) -> tuple[str, ...]:
-        """Notes on touches without a measured load (if loads are used), and on the assumed times."""
+        """Notes on touches without a measured load (if loads are used), and on assumed times and states."""
         missing = found.rows_without_load if self.options.each_sample else found.touches_without_load
         notes = []
         if self.options.use_load and missing:
             notes.append(f"{missing} touches have no measured load: their load is inferred from the elements.")
         if whole is not None and whole.note:
             notes.append(whole.note)
+        if self.effects_chain is not None and self.options.recorded_s is None:
+            notes += [
+                f"{name} changed during the calibration: touches are read with its state at the end of the calibration."
+                for name in changing_in_time(self.effects_chain)
+            ]
         return tuple(notes)
 
     def _beyond_priors(self, readings: TouchReadings, draws: Drawn) -> BoolArray:

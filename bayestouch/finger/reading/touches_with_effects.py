@@ -80,9 +80,14 @@ def prepare(
     effects_chain: ChainWithEffects,
     sampler: FingerSampler,
     *,
+    time_s: FloatArray,
     plug_in: bool,
 ) -> TouchReadings:
-    """Readings with the effects at the time of each touch, with estimated drifts and corrected loads."""
+    """Readings with the effects at the time of each touch, with estimated drifts and corrected loads.
+
+    `time_s` (t,) is the time of each touch on the clock of the calibration, infinite after its end; `observed` has the
+    times on the clock of the table.
+    """
     noise = sampler.noise
     signal = timed_signal(effects_chain, observed)
     scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector, signal)
@@ -95,6 +100,7 @@ def prepare(
         reads=read_once(readings.counts.max(axis=1)),
         slopes=timed_slopes(effects_chain, observed, signal),
         exact=plug_in,
+        time_s=time_s,
     )
     readings = replace(readings, context=context)
     corrects_load = changes_load(effects_chain)
@@ -115,7 +121,7 @@ def prepare(
         mode = find_modes(posterior, mode)
         start = mode
         if corrects_load:
-            loads = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd, exact=plug_in)
+            loads = true_loads(effects_chain, time_s, np.degrees(mode[:, 1]), raw_load, raw_sd, exact=plug_in)
             current = current.with_loads(loads, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
             readings = replace(readings, load=loads.load, load_sd=loads.sd, context=current)
         if effects_chain.listed.drifts:

@@ -77,7 +77,8 @@ def changes_load(effects_chain: ChainWithEffects) -> bool:
     """Whether an effect makes the load as read differ from the acting load; those of locations alone do not."""
     # All around the finger, because an effect may be zero at some locations.
     angle = np.linspace(0, 360, 8, endpoint=False)
-    recording = _as_read(effects_chain.model, angle, np.full(len(angle), effects_chain.model.reference_load))
+    load = np.full(len(angle), effects_chain.model.reference_load)
+    recording = _as_read(effects_chain.model, np.full(len(angle), np.inf), angle, load)
     return any(
         effect.stage == "rig"
         and type(effect).pose is not Effect.pose
@@ -87,19 +88,20 @@ def changes_load(effects_chain: ChainWithEffects) -> bool:
     )
 
 
-def after_calibration(
+def recorded_touches(
     model: FingerModel,
+    time_s: FloatArray,
     angle_deg: FloatArray,
     load: FloatArray,
     signal: NDArray[np.floating],
     indenter_radius_mm: FloatArray,
 ) -> Recording:
-    """Touches after the calibration, held no time: locations (degree), loads (N/m), tips (mm), (n,); signal (n, m)."""
+    """Touches that are held no time: times, locations (degree), loads (N/m), tips (mm), (n,) each; signal (n, m)."""
     return Recording(
         indenter_radius_mm=indenter_radius_mm,
         place=(angle_deg,),
         load=load,
-        time_s=np.full(len(load), np.inf),
+        time_s=time_s,
         held_s=np.zeros(len(load)),
         element_place=(np.asarray(model.finger.element_angles_deg),),
         peak=model.peak,
@@ -108,14 +110,44 @@ def after_calibration(
     )
 
 
-def _as_read(model: FingerModel, angle_deg: FloatArray, load: FloatArray) -> Recording:
-    """Touches with loads as read, N/m, at given locations, degree, (t,) each; tips and signals do not matter."""
+def changing_in_time(effects_chain: ChainWithEffects) -> tuple[str, ...]:
+    """Names of the effects by which the same touch reads, or weighs, otherwise during the calibration than after it.
+
+    Drifts, creep and memory are not among them: a reader has the times of the touches for them.
+    """
+    model, span = effects_chain.model, effects_chain.listed.setting.span_s
+    during = np.linspace(0.0, span, 8)
+    # All around the finger, as in `changes_load`, and at the peak readings.
+    angle, load = np.linspace(0, 360, 8, endpoint=False), np.full(8, model.reference_load)
+    then, after = (
+        recorded_touches(model, time, angle, load, np.tile(model.peak, (8, 1)), np.zeros(8))
+        for time in (during, np.full(8, np.inf))
+    )
+
+    def differs(effect: Effect) -> bool:
+        values = effects_chain.values[effect.name]
+        # A reader does not use stated locations and tips: of a pose, it corrects the loads of the force sensor.
+        if effect.stage == "rig" and (effect.pose(then, values).load != effect.pose(after, values).load).any():
+            return True
+        return bool((effect.signal(then, values) != effect.signal(after, values)).any())
+
+    return tuple(effect.name for effect in model.effects if not effect.needs_samples and differs(effect))
+
+
+def _as_read(model: FingerModel, time_s: FloatArray, angle_deg: FloatArray, load: FloatArray) -> Recording:
+    """Touches with loads as read, N/m, at given times and locations, degree, (t,); tips and signals do not matter."""
     nothing = np.zeros((len(load), model.n_elements))
-    return after_calibration(model, angle_deg, load, nothing, np.full(len(load), np.nan))
+    return recorded_touches(model, time_s, angle_deg, load, nothing, np.full(len(load), np.nan))
 
 
 def true_loads(
-    effects_chain: ChainWithEffects, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray, *, exact: bool
+    effects_chain: ChainWithEffects,
+    time_s: FloatArray,
+    angle_deg: FloatArray,
+    load: FloatArray,
+    load_sd: FloatArray,
+    *,
+    exact: bool,
 ) -> TrueLoads:
     """True loads from loads as read, with a `gain` of zero.
 
@@ -123,6 +155,8 @@ def true_loads(
     ----------
     effects_chain : ChainWithEffects
         The finger with its effects.
+    time_s : (t,) array
+        Times of the touches on the clock of the calibration; infinite after its end.
     angle_deg : (t,) array
         True locations of the touches, degree.
     load, load_sd : (t,) arrays
@@ -133,7 +167,7 @@ def true_loads(
 
     def at(vector: FloatArray) -> FloatArray:
         model = effects_chain.model
-        recording = _as_read(model, angle_deg, load)
+        recording = _as_read(model, time_s, angle_deg, load)
         for effect, values in zip(model.effects, model.values(vector), strict=True):
             # The locations of the posterior are true ones already: an effect must not shift them.
             recording = replace(recording, load=effect.pose(recording, values).load)

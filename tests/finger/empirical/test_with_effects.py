@@ -171,6 +171,7 @@ def test_covariance_of_readings_holds_that_of_the_effects(effect: str) -> None:
         reads=np.ones(2),
         slopes=np.zeros((0, 2, 2, m)),
         exact=True,
+        time_s=np.full(2, np.inf),
     )
     alone = np.zeros_like(chain.covariance)
     alone[3 * m + 2, 3 * m + 2] = 1.0  # of the first value

@@ -53,7 +53,14 @@ def test_a_reading_depends_on_the_tip_that_is_assumed() -> None:
     )
     blank = np.zeros((4, 3))
     context = effects.EffectContext(
-        cast(Any, chain), np.ones((4, 3)), blank, np.zeros((4, 3, 3)), np.ones(4), np.zeros((0, 2, 4, 3)), exact=True
+        cast(Any, chain),
+        np.ones((4, 3)),
+        blank,
+        np.zeros((4, 3, 3)),
+        np.ones(4),
+        np.zeros((0, 2, 4, 3)),
+        exact=True,
+        time_s=np.full(4, np.inf),
     )
     share = np.array([0.0, 0.25, 0.5, 1.0])
     found = context.readings(np.ones((4, 3)), share * outer, np.zeros(4), np.full(4, 200.0), np.arange(4))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -20,8 +21,10 @@ from bayestouch.finger.reading.effects import EffectContext
 from bayestouch.finger.reading.live_effects import blank_context
 from bayestouch.finger.reading.reader import TouchReadings
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
-from bayestouch.finger.reading.true_load import TrueLoads
-from bayestouch.reading.options import Options
+from bayestouch.finger.reading.true_load import TrueLoads, changing_in_time
+from bayestouch.inference import infer_with
+from bayestouch.model.effect_list import named_effects
+from bayestouch.reading.options import Kept, Options
 
 MODE = np.array([[0.3, 0.1, 20.0], [0.6, -0.2, 50.0]])
 PLACES = np.array([0.0, 0.2])
@@ -138,7 +141,7 @@ def test_drifts_are_looked_for_only_where_there_are_any(
         "timed_scale_and_shift": lambda *given: (one, 0 * one),
         "timed_slopes": lambda *given: np.zeros((0, 2, 2, 2)),
         "changes_load": lambda chain: True,
-        "true_loads": lambda chain, angle, load, sd, exact: TrueLoads(
+        "true_loads": lambda chain, time_s, angle, load, sd, exact: TrueLoads(
             load + 1.0, sd, np.zeros((3, 2)), np.zeros((2, 2))
         ),
         "FingerPosterior": Posterior,
@@ -156,7 +159,8 @@ def test_drifts_are_looked_for_only_where_there_are_any(
     readings = TouchReadings(one, np.full((2, 2), 4), np.array([20.0, 30.0]), np.ones(2))
     chain: Any = SimpleNamespace(vector=None, listed=SimpleNamespace(drifts=drifts))
     sampler: Any = SimpleNamespace(noise=None, chain=None, search=None, table=None)
-    found = module.prepare(readings, None, chain, sampler, plug_in=True)  # type: ignore[arg-type]
+    observed, later = cast(Any, None), np.full(2, np.inf)
+    found = module.prepare(readings, observed, chain, sampler, time_s=later, plug_in=True)
     assert isinstance(found.context, EffectContext)
     np.testing.assert_array_equal(found.context.shift, np.full((2, 2), shift))
     np.testing.assert_array_equal(found.load, [21.0, 31.0])
@@ -247,3 +251,56 @@ def test_a_known_knife_edge_is_as_blunt_as_it_was_calibrated() -> None:
     edge = (data.calibration.indenter_radius_mm == 0) & (np.abs(data.calibration.angle_deg) < 30)
     read = bayestouch.infer(data.calibration.select(edge), one, indenter=bayestouch.KnownTips((0.0, 2.0)), **READ)
     assert read.tips is not None and read.tips.probability.mean(axis=0)[0] > 0.7
+
+
+@cache
+def warming() -> tuple[bayestouch.DataSet, bayestouch.Calibration]:
+    """A force sensor whose zero goes from 20 to -20 N/m in half a wave over the calibration, found with its waves."""
+    data = bayestouch.simulate(FINGER, seed=3).dataset
+    table = data.calibration
+    assert table is not None
+    passed = (table.time_s - table.time_s.min()) / np.ptp(table.time_s)
+    data = replace(data, calibration=table.with_(load=table.load + 20 * np.cos(np.pi * passed)))
+    model = StatedModel("finger", "layer", (("load_offset", {"offset": 0.0, "offset_wave_1": 20.0}),))
+    return data, bayestouch.calibrate(data, model=model, draws=64)
+
+
+def test_touches_of_the_recording_are_corrected_as_at_their_times() -> None:
+    """Touches of the first half of the time, when the zero was 24 N/m above the last one or more.
+
+    The sd of a load is 2 N/m, mostly of the zero and the gains, which all loads share: 5 N/m are 2.5 sd.
+    """
+    data, one = warming()
+    table = data.calibration
+    assert table is not None and table.angle_deg is not None
+    time_s = table.time_s - table.time_s.min()
+    true = table.load - 20 * np.cos(np.pi * time_s / time_s.max())
+    # the elements reach to 35 degree
+    rows = (np.abs(table.angle_deg) < 35) & (time_s < 0.45 * time_s.max()) & table.in_contact
+    at_once = {"kept": Kept(64), "method": "importance", "check_sensor": False}
+    read = infer_with(table.select(rows), one, Options(**at_once, recorded_s=time_s[rows]))
+    acting = np.array([true[rows & (table.touch == touch)].mean() for touch in read.rows.touch])
+    assert np.abs(read.mean("P") - acting).max() < 5
+    assert not any("load_offset" in note for note in read.notes)
+    later = infer_with(table.select(rows), one, Options(**at_once))
+    # The elements know the load, too, and hold most of it back.
+    assert (later.mean("P") - acting).mean() > 5
+    told = "load_offset changed during the calibration: touches are read with its state at the end of the calibration."
+    assert told in later.notes
+
+
+def test_which_effects_have_another_state_after_the_calibration() -> None:
+    """Waves of the prober move stated locations, which no reader uses; a limit that does not fall has one state."""
+    chain = ChainWithEffects.of(warming()[1])
+    assert changing_in_time(chain) == ("load_offset",)
+    for name, values, changes in (
+        ("prober_eccentricity", {"turn_wave_1": 1.0}, False),
+        ("saturation", {"fall": 0.3}, True),
+        ("saturation", {"fall": 0.0}, False),
+        ("load_offset", {"offset": 5.0}, False),
+    ):
+        (effect,) = named_effects([name], chain.listed.setting, {name: values})
+        stated = tuple(values.get(each.name, each.null or each.probes[0]) for each in effect.parameters)
+        finite = tuple(1.0 if each == np.inf else each for each in stated)
+        other = replace(chain, model=chain.model.with_effects((effect,)), values={name: finite})
+        assert changing_in_time(other) == ((name,) if changes else ())

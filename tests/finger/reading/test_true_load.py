@@ -12,6 +12,9 @@ from bayestouch.finger.reading import true_load as module
 from bayestouch.finger.reading.covariance import spread_of
 from bayestouch.priors.parameters import Normal
 
+# Times of two touches after the calibration.
+LATER = np.full(2, np.inf)
+
 
 class Shift(Effect):
     """The force sensor reads `amount` less than what acts, more with the angle."""
@@ -52,7 +55,7 @@ def chain_with(*effects: Effect) -> Any:
 
 def loads(*effects: Effect, load: np.ndarray, exact: bool = False) -> module.TrueLoads:
     angle, sd = np.array([0.0, 1.0]), np.array([0.3, 0.4])
-    return module.true_loads(chain_with(*effects), angle, load, sd, exact=exact)
+    return module.true_loads(chain_with(*effects), LATER, angle, load, sd, exact=exact)
 
 
 def test_loads_as_they_really_are() -> None:
@@ -90,7 +93,7 @@ def test_values_that_are_known_together_change_a_load_together() -> None:
 
     chain = chain_with(First(), Second())
     chain.covariance = np.array([[1.0, 0, 0], [0, 0.25, -0.1], [0, -0.1, 0.04]])
-    found = module.true_loads(chain, np.zeros(1), np.array([10.0]), np.array([0.3]), exact=False)
+    found = module.true_loads(chain, LATER[:1], np.zeros(1), np.array([10.0]), np.array([0.3]), exact=False)
     np.testing.assert_allclose(found.sd**2, [0.09 + 0.25 - 0.4 + 0.16])
 
 
