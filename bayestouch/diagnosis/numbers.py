@@ -49,6 +49,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
         "verdict": said,
         "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), _named(traced, said))],
         "effects": effects,
+        "draws": {key: traced.explained.calibration.statistics.get(key) for key in ("ess_bulk", "rhat")},
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {
             "fraction": remaining.fraction,

@@ -10,6 +10,7 @@ from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.verdict import structure_left
 from bayestouch.effects.effect import OWN
 from bayestouch.output.text import listed
+from bayestouch.results.targets import targets_missed
 
 #: Text of each verdict in ``diagnosis.json``; the first two are the beginning of a sentence.
 VERDICTS = {
@@ -57,6 +58,8 @@ def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[s
         if effect["indistinguishable_from"]:
             line += f" These data cannot distinguish it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
+    if numbers["effects"]:
+        out += targets_missed(numbers.get("draws", {}))
     left = numbers["unexplained"]
     causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)] if with_causes else []
     if causes:

@@ -28,6 +28,7 @@ from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, EFFECT_PEAK, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import LOG_DENSITY
+from bayestouch.results.targets import targets_missed
 from bayestouch.version import __version__
 
 
@@ -78,6 +79,11 @@ def calibration_with_effects(
     drawn = sample_effects(fit, draws, seed, moves=moves)
     vectors = drawn.draws[:, :, 0]
     at, known = posterior.layout, posterior.known
+    grades = {
+        "ess_bulk": float(drawn.ess_bulk.min()),
+        "rhat": float(drawn.rhat.max()),
+        "acceptance": float(drawn.acceptance.min()),
+    }
     spread = noise_of(known, at, vectors.reshape(-1, at.size))
     rows = touch_rows(fitted, spread)
     listed = EffectList(setting, tuple(each.effect for each in added), fitted.noise.added)
@@ -109,14 +115,9 @@ def calibration_with_effects(
             "typical_load": model.reference_load,
             **listed.settings,
         },
-        statistics={
-            **fit_statistics(fitted, rows, spread),
-            "ess_bulk": float(drawn.ess_bulk.min()),
-            "rhat": float(drawn.rhat.max()),
-            "acceptance": float(drawn.acceptance.min()),
-        },
+        statistics={**fit_statistics(fitted, rows, spread), **grades},
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
-        notes=notes,
+        notes=(*notes, *targets_missed(grades)),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_with_effects(fit, vectors, groups, seed, in_vectors),

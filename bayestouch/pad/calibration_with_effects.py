@@ -39,6 +39,7 @@ from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import OfLoads, stated_or_assumed_noise
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.objects import Calibration
+from bayestouch.results.targets import targets_missed
 
 # Notes on the map of a calibration with a correction.
 FINER = (
@@ -152,7 +153,7 @@ def pad_calibration(
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},
-        notes=(*made.notes, *_notes(effects)),
+        notes=(*made.notes, *_notes(effects), *targets_missed(made.statistics)),
     )
 
 

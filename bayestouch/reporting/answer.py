@@ -6,6 +6,7 @@ from typing import Any
 
 from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.bodies import PAGES
+from bayestouch.results.targets import targets_missed
 
 # Coverage counts as right if it is within this many percentage points of 90 %, or within two standard errors if there
 # are few touches. Within the second number of points it counts as nearly right.
@@ -106,11 +107,7 @@ def _model(numbers: dict[str, Any]) -> list[str]:
         )
     sentences += _linearity(numbers["calibration"]["linearity"])
     sampled = numbers["trust"]["calibration_convergence"]
-    if sampled is not None and not sampled["met"]:
-        sentences.append(
-            "The sampler did not reach its targets for the calibration (effective sample size "
-            f"{number(sampled['ess_bulk'], 2)}, R-hat {number(sampled['rhat'])}), so its posterior is rough."
-        )
+    sentences += targets_missed(sampled or {})
     grades = numbers["trust"]["convergence"]
     if grades["beyond"]:
         sentences.append(

@@ -259,3 +259,17 @@ def test_values_of_many_elements_are_summed_up() -> None:
     )
     many = {f"weight_{i}": value for i in range(13)}
     assert outcome._values(many) == "13 values, 13 of which are more than 2 standard deviations from 0"
+
+
+def test_draws_that_missed_the_targets_are_said_beside_the_values_they_gave() -> None:
+    effect = {"name": "memory", "summary": "", "parameters": {}, "indistinguishable_from": []}
+    rough = {"ess_bulk": 36.4, "rhat": 1.121}
+    told = sentences(numbers(effects=[effect], draws=rough))
+    assert told[1].startswith("Found memory")
+    assert told[2] == (
+        "The sampler did not reach its targets for the calibration (effective sample size 36, R-hat 1.12), so its "
+        "posterior is rough."
+    )
+    fine = sentences(numbers(effects=[effect], draws={"ess_bulk": 500.0, "rhat": 1.01}))
+    assert fine == [*told[:2], *told[3:]] == sentences(numbers(effects=[effect]))
+    assert sentences(numbers(draws=rough)) == sentences(numbers()), "no value is stated that they gave"
