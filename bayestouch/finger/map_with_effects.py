@@ -170,8 +170,9 @@ def _ridges(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, cova
     low, high = (ends[:n] for ends in posterior.bounds)
     bounds = low + margin, high - margin
     base = np.arange(at.n_base)
+    effects = posterior.model.effects
     return ridges_of(
-        posterior.model.effects, at.n_base, base, linearise, vector[:n], covariance, bounds, with_bounds=True
+        effects, at.n_base, base, linearise, vector[:n], covariance, bounds, with_bounds=True, with_products=True
     )
 
 

@@ -12,7 +12,7 @@ change of variables is exact for any table; a table that fits poorly only costs 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,8 @@ LONGEST, FLAT = 0.4, 0.7
 NEWTON, CLOSE = 6, 0.05
 # Points of the table of quantiles; normal variable beyond which it goes on as a straight line.
 TABLE, FARTHEST = 1001, 5.0
+# Largest ratio of a common factor to its most probable value; its prior ends its ridge long before.
+LARGEST_RATIO = 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,6 +261,49 @@ def follow(
     others = np.concatenate([scaled, moved])
     ends = float(value[0]), float(value[-1])
     return Ridge(free, others, scaled, ends, PchipInterpolator(z, at), z[[0, -1]], offset, log_scale)
+
+
+def product_ridge(
+    vector: FloatArray,
+    free: int,
+    others: IntArray,
+    prior: tuple[float, float],
+    priors: Sequence[tuple[float, float]],
+) -> Ridge:
+    """Ridge along which the products of a factor with 1 + each of some entries stay as they are.
+
+    Data that determine nothing but the products leave the factor to the priors. The new coordinate of each of the
+    others is its value where the factor is as at the mode.
+
+    Parameters
+    ----------
+    vector : (d,) array
+        The mode.
+    free : int
+        Index of the factor, which is not zero at the mode.
+    others : (r,) int array
+        Indices of the others.
+    prior : (float, float)
+        Prior mean and standard deviation of the factor.
+    priors : sequence of r pairs
+        Prior mean and standard deviation of each of the others.
+    """
+    most = np.log(LARGEST_RATIO)
+    ratio = np.exp(np.linspace(-most, most, TABLE))
+    if vector[free] < 0:
+        ratio = ratio[::-1]  # so that the values increase
+    value = vector[free] * ratio
+    mean, sd = (np.array(each)[:, None] for each in zip(*priors, strict=True))
+    moved = (1 + vector[others][:, None]) / ratio - 1
+    log_density = -0.5 * ((value - prior[0]) / prior[1]) ** 2 - 0.5 * (((moved - mean) / sd) ** 2).sum(axis=0)
+    # The volume of the others for each volume of the new coordinates.
+    log_density -= len(others) * np.log(ratio)
+    z, at = normal_variable(value, log_density)
+    each = np.ones(len(others))
+    offset = CubicSpline(value, (1 / ratio - 1)[:, None] * each)
+    log_scale = CubicSpline(value, -np.log(ratio)[:, None] * each)
+    ends, none = (float(value[0]), float(value[-1])), np.zeros(0, dtype=np.intp)
+    return Ridge(free, others, none, ends, PchipInterpolator(z, at), z[[0, -1]], offset, log_scale)
 
 
 def _side(

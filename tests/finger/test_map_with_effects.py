@@ -10,6 +10,7 @@ import pytest
 
 import bayestouch
 from bayestouch.calibration.with_effects import StatedFit, fit_stated
+from bayestouch.effects.element import SPREAD, ChannelLag
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger import map_with_effects
 from bayestouch.finger.density_with_effects import EffectPosterior
@@ -185,3 +186,26 @@ def test_no_bend_of_many_values(monkeypatch: pytest.MonkeyPatch) -> None:
         stated = fit_stated(data, model, draws=8, seed=0, contact="layer")
         effect_fit(stated.fitted, stated.added, posterior_of(stated))
     assert asked == [10]
+
+
+@pytest.mark.slow
+def test_a_share_of_all_elements_is_as_open_as_the_excesses_of_the_elements_leave_it() -> None:
+    """The touches determine share * (1 + excess) of each element to 2 %, and the priors all that is known of the share.
+
+    Its density is that of the priors along constant products, by quadrature. An effective size of 300 gives the mean
+    to 6 % of the sd and the sd to 4 %: three of them.
+    """
+    design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=2.0, flat_step_deg=4.0, touch_step_deg=8.0)
+    data = bayestouch.simulate(design, effects={"channel_lag": 0.05}, seed=3).dataset
+    model = StatedModel("finger", "layer", (("channel_lag", {"own_01": 0.0}),))
+    draws = bayestouch.calibrate(data, model=model, seed=1, draws=400).posterior
+    prior = ChannelLag().parameters[0].normal_prior
+    products = [float((draws["channel_lag_share"] * (1 + draws[f"channel_lag_own_0{e}"])).mean()) for e in range(1, 5)]
+    share = np.linspace(0.01, 0.15, 5001)
+    log_density = -0.5 * ((share - prior[0]) / prior[1]) ** 2 - 4 * np.log(share)
+    log_density -= sum(0.5 * ((product / share - 1) / SPREAD) ** 2 for product in products)
+    weight = np.exp(log_density - log_density.max())
+    mean = np.average(share, weights=weight)
+    sd = np.sqrt(np.average((share - mean) ** 2, weights=weight))
+    assert draws["channel_lag_share"].mean() == pytest.approx(mean, abs=0.18 * sd)
+    assert draws["channel_lag_share"].std() == pytest.approx(sd, rel=0.12)

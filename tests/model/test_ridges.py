@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayestouch.array_types import FloatArray
-from bayestouch.effects.effect import EffectParameter
+from bayestouch.effects.effect import EffectParameter, own_parameters
 from bayestouch.model.ridges import ridges_of
 from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
 
@@ -64,3 +64,31 @@ def test_free_and_scaled_entries(effects: list[Any], sd: list[float], expected: 
 
 def test_values_with_bounds_do_not_follow_where_bounds_must_be_constant() -> None:
     assert found([effect(SHARE, TIME, LEAN)], [0.1, 0.5, 0.2], with_bounds=False) == [(3, [2])]
+
+
+def products(vector: list[float], own_sd: float, given: float, *, null: float = 0.0) -> list[tuple[int, list[int]]]:
+    """Ridges of a share, a time and two excesses; `given` is the sd of the share where the excesses are known."""
+    share = EffectParameter("share", "", "", Normal(0.0, 0.1), (0.1,), null)
+    one = effect(share, TIME, *own_parameters(2, "excess", 0.5))
+    # the share is higher where the excesses are lower
+    slope = np.array([-0.1, 0.0, 1.0, 1.0])
+    covariance = own_sd**2 * np.outer(slope, slope) + np.diag([given**2, 0.01, 1e-8, 1e-8])
+    precision, free = np.linalg.inv(covariance), np.full(4, np.inf)
+
+    def linearise(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return -precision @ (at - vector), precision
+
+    none = np.zeros(0, dtype=np.intp)
+    options = {"with_bounds": True, "with_products": True}
+    ridges = ridges_of([one], 0, none, linearise, np.array(vector), covariance, (-free, free), **options)
+    return [(each.free, each.others.tolist()) for each in ridges.each]
+
+
+def test_the_share_of_all_elements_against_the_excesses() -> None:
+    along_share, along_time = [(0, [2, 3])], [(1, [0, 2, 3])]
+    assert products([0.1, 0.0, 0.0, 0.0], 0.2, 0.001) == along_share
+    assert products([-0.1, 0.0, 0.0, 0.0], 0.2, 0.001) == along_share
+    # Known by itself; not distinct from zero; an amplitude that is no factor.
+    assert products([0.1, 0.0, 0.0, 0.0], 0.2, 0.02) == along_time
+    assert products([0.05, 0.0, 0.0, 0.0], 0.2, 0.001) == along_time
+    assert products([0.1, 0.0, 0.0, 0.0], 0.2, 0.001, null=np.inf) == along_time

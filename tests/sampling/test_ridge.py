@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from bayestouch.array_types import FloatArray
 from bayestouch.sampling.bounds import normal_between
-from bayestouch.sampling.ridge import Ridge, Ridges, follow, normal_variable
+from bayestouch.sampling.ridge import Ridge, Ridges, follow, normal_variable, product_ridge
 
 # Readings at two times t of share (1 - exp(-t/time)) + level, their noise, and the priors. Both times are shorter than
 # the time constant, so that the readings determine little but share/time.
@@ -160,3 +161,30 @@ def test_a_ridge_ends_where_the_posterior_cannot_be_computed() -> None:
     assert found is not None and found.ends[0] < -2.0 and 0.5 <= found.ends[1] < 1.0
     beyond = np.array([0.0, 0.3, 2.5])
     assert follow(limited, beyond, 2, BOUNDS, prior, np.array([1]), none) is None
+
+
+@pytest.mark.parametrize("factor", [0.1, -0.1])
+def test_products_are_constant_along_their_ridge(factor: float) -> None:
+    """Two products of a factor; entry 1 is another. The factor's quantiles are those of the priors, by quadrature."""
+    vector, own = np.array([factor, 7.0, 0.2, -0.1]), np.array([2, 3])
+    prior, priors = (0.0, 0.1), [(0.0, 0.5), (0.1, 0.4)]
+    ridge = product_ridge(vector, 0, own, prior, priors)
+    z = np.linspace(-3, 3, 7)
+    points = np.column_stack([z, np.full((7, 1), 7.0), np.tile(vector[own], (7, 1))])
+    vectors, log_derivative = ridge(points)
+    np.testing.assert_allclose(vectors[:, :1] * (1 + vectors[:, own]), np.tile(factor * (1 + vector[own]), (7, 1)))
+    np.testing.assert_array_equal(vectors[:, 1], 7.0)
+    for point, log_size in zip(points, log_derivative, strict=True):
+        step = 1e-5 * np.eye(4)
+        jacobian = (ridge(point + step)[0] - ridge(point - step)[0]) / 2e-5
+        np.testing.assert_allclose(jacobian, ridge.tangent(point).T, rtol=1e-5, atol=1e-7)
+        assert np.log(abs(np.linalg.det(jacobian))) == pytest.approx(log_size, abs=1e-5)
+    size = np.linspace(0.0, 1.0, 200_001)[1:]
+    log_density = -0.5 * (size / 0.1) ** 2 - 2 * np.log(size)
+    for at, (mean, sd) in zip(own, priors, strict=True):
+        log_density -= 0.5 * ((abs(factor) * (1 + vector[at]) / size - 1 - mean) / sd) ** 2
+    weight = np.exp(log_density - log_density.max())
+    below = np.interp(np.abs(vectors[:, 0]), size, np.cumsum(weight) / weight.sum())
+    # The table has steps of 0.6 % of the factor, a fiftieth of its sd.
+    np.testing.assert_allclose(below, norm.cdf(z if factor > 0 else -z), atol=1e-3)
+    assert not ridge.has_limits((np.zeros(4), np.ones(4)))
