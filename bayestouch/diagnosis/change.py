@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.diagnosis.shared_drift import LOAD_ALONE, blocks_of_drift, by_block
 from bayestouch.diagnosis.traced import EvaluatedModel
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.touch_errors import summarised
@@ -17,7 +18,7 @@ def standard_errors(before: EvaluatedModel, after: EvaluatedModel) -> dict[str, 
 
     The same touches are compared before and after, so that common parts cancel. Summaries are linearised in the
     squares of the errors (a root mean square r changes by ``d(e²) / (2 r)``). The standard error is that of a mean over
-    touches, which are independent.
+    touches, which are independent; of loads that share a drift, that of a mean over blocks (`shared_drift`).
     """
     parts: list[tuple[str, FloatArray, FloatArray]] = []
     if before.held_out is not None and after.held_stated is not None:
@@ -30,7 +31,16 @@ def standard_errors(before: EvaluatedModel, after: EvaluatedModel) -> dict[str, 
     if before.read is not None and after.read is not None:
         for key, values in before.read.by_touch.items():
             parts.append((key, _influence(key, values), _influence(key, after.read.by_touch[key])))
-    return {key: _of_mean(last - first) for key, first, last in parts}
+    out = {key: _of_mean(last - first) for key, first, last in parts}
+    blocks = blocks_of_drift(after)
+    if blocks is None or LOAD_ALONE not in out or before.read is None or after.read is None:
+        return out
+    loads = before.read.by_touch[LOAD_ALONE], after.read.by_touch[LOAD_ALONE]
+    first, last = (_influence(LOAD_ALONE, values) for values in loads)
+    means = by_block(last - first, blocks)
+    # Of the size of a single draw no more is known than the draw itself.
+    single = abs(summarised(LOAD_ALONE, loads[1]) - summarised(LOAD_ALONE, loads[0]))
+    return {**out, LOAD_ALONE: _of_mean(means) if len(means) else single}
 
 
 def _influence(key: str, values: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.diagnosis.rounds import SearchRound
+from bayestouch.diagnosis.shared_drift import LOAD_ALONE, blocks_of_drift, by_block
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Worse
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.model.as_stated import moves_reference
@@ -67,10 +68,14 @@ def worse_quantities_of(before: EvaluatedModel, after: EvaluatedModel, *, believ
     out = []
     if before.read is not None and after.read is not None:
         one, two = before.read.by_touch, _of_references(after.read, believed)
+        blocks = blocks_of_drift(after)
         for key in (key for key in one if "rms" in key):
             for name, kind, limit in _kinds(before.read, len(one[key])):
                 first, last = one[key][kind], two[key][kind]
-                if _larger(last**2 - first**2, limit):
+                change = last**2 - first**2
+                if blocks is not None and key == LOAD_ALONE:
+                    change = by_block(change, blocks[kind])
+                if _larger(change, limit):
                     out.append(Worse(key, summarised(key, first), summarised(key, last), name))
                     break
     if before.held_out is not None and after.held_out is not None:

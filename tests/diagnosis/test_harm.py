@@ -17,6 +17,7 @@ from scipy import stats
 import bayestouch
 from bayestouch.diagnosis.harm import harmless, references_believed, worse_quantities_of
 from bayestouch.diagnosis.outcome import sentences
+from bayestouch.effects.random import GainDrift
 from bayestouch.model.held_out import HeldOut
 
 N, M = 60, 3
@@ -39,7 +40,7 @@ def model(
     with_edge: np.ndarray | None = None,
 ) -> Any:
     read = SimpleNamespace(by_touch=stated, by_touch_corrected=corrected or stated, with_edge=with_edge)
-    return SimpleNamespace(held_out=held_out, read=read if stated else None)
+    return SimpleNamespace(held_out=held_out, read=read if stated else None, fitted=SimpleNamespace(drifts=()))
 
 
 def test_log_density_of_touches_is_the_normal_one() -> None:
@@ -112,6 +113,28 @@ def test_one_large_error_does_not_hide_the_others() -> None:
     one = model(None, {"R_rms_mm": np.sqrt(before)})
     two = model(None, {"R_rms_mm": np.sqrt(np.full(N, 4.0))})
     assert not worse_quantities_of(one, two, believed=True)
+
+
+@pytest.mark.parametrize(
+    ("time", "own", "key", "worse"),
+    [
+        # One block of two correlation times, eight of them, and five.
+        (400.0, 0.0, "P_rms_N_per_m", False),
+        (30.0, 0.0, "P_rms_N_per_m", True),
+        (49.0, 0.0, "P_rms_N_per_m", False),
+        (400.0, 1.0, "P_rms_N_per_m", True),
+        (400.0, 0.0, "theta_rms_deg", True),
+        (400.0, 0.0, "P_rms_N", True),  # of a pad, whose reader does not follow drifts
+    ],
+)
+def test_loads_that_share_a_drift_are_one_comparison(time: float, own: float, key: str, worse: bool) -> None:
+    """The load of each touch is 7 N/m off with the drift instead of 3, all in one direction."""
+    rng = np.random.default_rng(5)
+    one, two = (model(None, {key: size + rng.normal(0.0, 0.5, N)}) for size in (3.0, 7.0))
+    drift = GainDrift(()), (0.05, time, own)
+    observed = SimpleNamespace(touch_time_s=np.linspace(0.0, 480.0, N, endpoint=False))
+    two.held_out, two.fitted = SimpleNamespace(observed=observed), SimpleNamespace(drifts=(drift,))
+    assert [each.key for each in worse_quantities_of(one, two, believed=True)] == ([key] if worse else [])
 
 
 def test_moved_references_count_where_they_are_believed() -> None:

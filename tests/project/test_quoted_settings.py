@@ -9,7 +9,17 @@ import pytest
 
 from bayestouch.baselines import reading as baselines
 from bayestouch.data import parquet, tables, toml_text, touch_source
-from bayestouch.diagnosis import blocks, choice, comparison, harm, one_round, place_or_time, search, verdict
+from bayestouch.diagnosis import (
+    blocks,
+    choice,
+    comparison,
+    harm,
+    one_round,
+    place_or_time,
+    search,
+    shared_drift,
+    verdict,
+)
 from bayestouch.finger import noise_with_effects, priors
 from bayestouch.finger.reading import alternatives, profile
 from bayestouch.model import split_data as parted
@@ -90,7 +100,7 @@ def test_a_setting_is_quoted_as_it_is(page: str, sentence: str) -> None:
 
 
 #: Modules of the search and the verdict whose numbers are limits that were set by hand.
-OF_DIAGNOSIS = (blocks, choice, comparison, harm, one_round, place_or_time, search, verdict)
+OF_DIAGNOSIS = (blocks, choice, comparison, harm, one_round, place_or_time, search, shared_drift, verdict)
 #: Fractions of the time of a round: they are for the progress bar.
 NO_LIMITS = {"one_round.SCORED", "one_round.REFITTED", "one_round.CORRECTED"}
 
