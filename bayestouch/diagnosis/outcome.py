@@ -198,10 +198,14 @@ def not_used(numbers: Mapping[str, Any]) -> str:
     worse = {key: values for each in reversed(refused) for key, values in each["worse"].items()}
     shown = ", ".join(_worse(key, values) for key, values in worse.items())
     them = "it" if len(names) == 1 else "them"
-    against = "as they are corrected" if refused[0]["references_corrected"] else "as the data set states them"
+    against = ""
+    # If no effect moves a reference, both errors are the same numbers, and there is only one kind of references.
+    if any(each.get("after") != each.get("after_against_stated") for each in refused):
+        how = "as they are corrected" if refused[0]["references_corrected"] else "as the data set states them"
+        against = f" against references {how}"
     return (
-        f"Not used for reading: {listed(names)}. With {them}, held-out touches are read worse against references "
-        f"{against} ({shown}), so that calibration_after is without {them}."
+        f"Not used for reading: {listed(names)}. With {them}, held-out touches are read worse{against} ({shown}), so "
+        f"that calibration_after is without {them}."
     )
 
 

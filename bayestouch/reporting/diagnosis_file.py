@@ -76,6 +76,7 @@ SCHEMA = _object(
         "change_against_stated_se": _object(_PERHAPS),
         "lack_of_fit_limits": _object(before=_LIMITS, after=_LIMITS),
         "notes": _list_of(_TEXT),
+        "draws": _object(_PERHAPS),
         "causes": _list_of(_object(names=_list_of(_TEXT), probability=_PROBABILITY)),
         "calibration_after": _object(effects=_list_of(_TEXT)),
         "not_used": _list_of(_object(effects=_list_of(_TEXT), worse=_object(_object(before=_NUMBER, after=_NUMBER)))),

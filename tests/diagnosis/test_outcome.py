@@ -273,3 +273,34 @@ def test_draws_that_missed_the_targets_are_said_beside_the_values_they_gave() ->
     fine = sentences(numbers(effects=[effect], draws={"ess_bulk": 500.0, "rhat": 1.01}))
     assert fine == [*told[:2], *told[3:]] == sentences(numbers(effects=[effect]))
     assert sentences(numbers(draws=rough)) == sentences(numbers()), "no value is stated that they gave"
+
+
+@pytest.mark.parametrize(
+    ("stated", "believed", "against"),
+    [
+        ({"R_rms_mm": 0.4}, True, ""),
+        ({"R_rms_mm": 0.4}, False, ""),
+        ({"R_rms_mm": 0.5}, True, " against references as they are corrected"),
+        ({"R_rms_mm": 0.5}, False, " against references as the data set states them"),
+    ],
+)
+def test_references_are_named_where_what_was_found_moves_them(
+    stated: dict[str, float], believed: bool, against: str
+) -> None:
+    refused = {
+        "effects": ["gain_drift"],
+        "correction": False,
+        "references_corrected": believed,
+        "worse": {"R_rms_mm": {"before": 0.3, "after": 0.4}},
+        "after": {"R_rms_mm": 0.4},
+        "after_against_stated": stated,
+    }
+    found = numbers(
+        effects=[{"name": "gain_drift"}],
+        not_used=[refused],
+        calibration_after={"effects": [], "correction": False},
+    )
+    assert outcome.not_used(found) == (
+        f"Not used for reading: gain_drift. With it, held-out touches are read worse{against} (rms error of R 0.30 → "
+        "0.40 mm), so that calibration_after is without it."
+    )
