@@ -26,6 +26,9 @@ STEPS = 3
 # A map is not usable if the log density at its centre is lower than at the mode by more than this. Where the normal
 # approximation is good they differ by a few nats, and chains have found their way from some tens.
 LOST = 100.0
+# A value at a bound, nearer than this part of its prior sd, is moved to where the log density is lower by at most this
+# much; the steps that are tried are the prior sd, halved so many times.
+AT_BOUND, LOWER, HALVED = 0.01, 2.0, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,15 +73,36 @@ class EffectFit:
         parameters at their bounds together may place the centre where the density is zero; every map is exact, but from
         there no chain finds its way.
         """
+        found, left = self, iter(others)
+        while not found.usable and (other := next(left, None)) is not None:
+            found = replace(self, to_vectors=other)
+        return found
+
+    @property
+    def usable(self) -> bool:
+        """Whether the map is usable, see `with_usable_map`."""
         least = float(self.density(self.vector[None])[0]) - LOST
+        return bool(self.density(self.to_vectors(self.centre[None])[0])[0] > least)
 
-        def usable(to_vectors: PosteriorMap) -> bool:
-            return bool(self.density(to_vectors(self.centre[None])[0])[0] > least)
+    def off_bounds(self) -> FloatArray:
+        """The centre (d,) with each value at a bound moved inside, to where the density is a little lower.
 
-        found, left = self.to_vectors, iter(others)
-        while not usable(found) and (other := next(left, None)) is not None:
-            found = other
-        return self if found is self.to_vectors else replace(self, to_vectors=found)
+        Readings may depend on the square of a value, as on the breadth of a spectrum. At its bound, zero, they have no
+        slope over it, and the linear model says that nothing is known of it. A step inside they have one.
+        """
+        at, vector = self.posterior.layout, self.vector.copy()
+        spread, ends = self.posterior.prior.spread, self.posterior.bounds
+        top = float(self.density(vector[None])[0])
+        for k in range(at.n_base, at.n_chain):
+            to_low, to_high = (abs(float(end[k] - vector[k])) for end in ends)
+            if min(to_low, to_high) > AT_BOUND * spread[k]:
+                continue
+            steps = (1.0 if to_low < to_high else -1.0) * spread[k] * 0.5 ** np.arange(HALVED)
+            points = np.tile(vector, (HALVED, 1))
+            points[:, k] += steps
+            near = np.flatnonzero(self.density(points) > top - LOWER)
+            vector[k] += steps[near[0]] if len(near) else 0.0
+        return vector
 
 
 def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: EffectPosterior) -> EffectFit:
@@ -118,8 +142,17 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         shape.mean[at.further.start - n :] = further
         vector[n:] = shape.mean
     assert shape is not None
-    linear = linearised_chain(fitted, posterior, vector)
-    hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
+    fit = _fit_about(fitted, posterior, vector, shape, further_sd)
+    # Where every map is lost, a value at a bound is the likely cause. All others stay as they are, to the last bit.
+    return fit if fit.usable else _fit_about(fitted, posterior, fit.off_bounds(), shape, further_sd)
+
+
+def _fit_about(
+    fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, shape: NoiseShape, further_sd: FloatArray
+) -> EffectFit:
+    """Normal approximation about a flat vector (d,), with the best map that is usable there."""
+    linear, n = linearised_chain(fitted, posterior, vector), posterior.layout.n_chain
+    hessian = linear.hessian + np.diag(posterior.prior.spread[:n] ** -2.0)
     covariance = np.asarray(np.linalg.inv(hessian), dtype=np.float64)
     maps = posterior_maps(fitted, posterior, vector, covariance, linear, shape.quantiles, further_sd)
     density = _density_near(posterior, vector, covariance)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from bayestouch.effects.element import SPREAD, ChannelLag
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger import map_with_effects
 from bayestouch.finger.density_with_effects import EffectPosterior
-from bayestouch.finger.fit_with_effects import effect_fit
+from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
 from bayestouch.finger.linear_chain import LinearChain, degrees_spent, linearised_chain
 from bayestouch.finger.map_with_effects import _Start
 from bayestouch.finger.noise import Residuals
@@ -209,3 +210,24 @@ def test_a_share_of_all_elements_is_as_open_as_the_excesses_of_the_elements_leav
     sd = np.sqrt(np.average((share - mean) ** 2, weights=weight))
     assert draws["channel_lag_share"].mean() == pytest.approx(mean, abs=0.18 * sd)
     assert draws["channel_lag_share"].std() == pytest.approx(sd, rel=0.12)
+
+
+def test_a_value_at_its_bound_is_moved_to_where_readings_have_a_slope_over_it() -> None:
+    """Of values with prior sd 0.8: log density -(30 b)⁴/2 of one at its lower bound; one inside; one free at its upper.
+
+    Halved steps of 0.8: (30 · 0.05)⁴/2 = 2.5 is below by more than 2, (30 · 0.025)⁴/2 = 0.16 is not.
+    """
+    posterior: Any = SimpleNamespace(
+        layout=SimpleNamespace(n_base=1, n_chain=4),
+        prior=SimpleNamespace(spread=np.full(5, 0.8)),
+        bounds=(np.array([0.0, 0.0, 0.0, -np.inf, 0.0]), np.array([9.0, 2.0, 2.0, 1.0, 9.0])),
+    )
+    fit = object.__new__(EffectFit)
+    values = {
+        "posterior": posterior,
+        "vector": np.array([0.0, 0.0, 0.4, 1.0, 0.0]),
+        "density": lambda points: -0.5 * (30 * points[:, 1]) ** 4,
+    }
+    for name, value in values.items():
+        object.__setattr__(fit, name, value)
+    np.testing.assert_allclose(fit.off_bounds(), [0.0, 0.025, 0.4, 0.2, 0.0])
