@@ -108,6 +108,10 @@ class HeldTouch:
         Number of raw reads of each element.
     load_total, load_count : float
         Weighted sum of the measured loads (N/m or N), and its weight; 0 if no load was measured.
+    first_load, first_reads : float
+        First measured load (NaN without one) and its number of raw reads.
+    loads_differ : bool
+        Whether another measured load differs from the first one.
     samples : int
         Number of samples.
     rest_reads : (m,) array or None
@@ -118,6 +122,9 @@ class HeldTouch:
     raw_counts: FloatArray
     load_total: float = 0.0
     load_count: float = 0.0
+    first_load: float = np.nan
+    first_reads: float = 0.0
+    loads_differ: bool = False
     samples: int = 0
     rest_reads: FloatArray | None = None
 
@@ -137,11 +144,15 @@ class HeldTouch:
         here = values == values
         total = self.total + reads * (values if here.all() else np.where(here, values, 0.0))
         measured = load == load
+        first = measured and not self.load_count
         return HeldTouch(
             total,
             self.raw_counts + reads * here,
             self.load_total + (reads * load if measured else 0.0),
             self.load_count + (reads if measured else 0.0),
+            load if first else self.first_load,
+            reads if first else self.first_reads,
+            self.loads_differ or (measured and not first and load != self.first_load),
             self.samples + 1,
             self.rest_reads,
         )
@@ -150,6 +161,11 @@ class HeldTouch:
     def readings(self) -> FloatArray:
         """Mean readings (m,); 0 where missing."""
         return np.asarray(self.total / np.maximum(self.raw_counts, 1e-300))
+
+    @property
+    def reads_of_load(self) -> float:
+        """Number of raw reads of the mean load, at least 1; equal loads are one, as in `TouchMeans.load_reads`."""
+        return max(self.load_count if self.loads_differ else self.first_reads, 1.0)
 
     @property
     def load(self) -> float:

@@ -16,6 +16,7 @@ from bayestouch import InputError, Reader
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.reading.live_effects import blank_context
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
+from bayestouch.reading.live import HeldTouch
 from bayestouch.reading.options import Options
 
 # 0.1 sd and 5 % are what the reader promises. The draws themselves are wrong by 0.02 sd and 1.3 %.
@@ -252,6 +253,16 @@ def test_a_location_at_the_end_of_the_region_of_a_pad_is_flagged() -> None:
     signal = reader.rest_reading + means.load.mean() * place.at(np.array([place.low, place.low + 3.0]))[0]
     ends = [reader.read(values, float(means.load.mean())) for values in signal]
     assert ends[0].flags == ("the location or the load is at an end of its prior",) and not ends[1].flags
+
+
+def test_the_same_load_in_every_sample_is_one_reading_of_the_force_sensor() -> None:
+    """As in `infer`: one load that was written into all rows of a touch."""
+    held = HeldTouch.none(2).after(np.ones(2), 3.0, 4.0)
+    assert held.reads_of_load == 4.0
+    same = held.after(np.ones(2), 3.0, 4.0).after(np.ones(2), np.nan, 4.0)
+    assert same.reads_of_load == 4.0 and same.load == 3.0
+    assert same.after(np.ones(2), 3.5, 4.0).reads_of_load == 12.0
+    assert HeldTouch.none(2).after(np.ones(2), np.nan).reads_of_load == 1.0
 
 
 def test_a_load_that_was_read_once_has_the_error_of_one_read() -> None:

@@ -104,7 +104,7 @@ class FingerLive:
             readings=readings.astype(np.float32),
             whitener=np.diag(diagonal).astype(np.float32),
             load=load,
-            load_sd=float(noise.force_sd / np.sqrt(max(touch.load_count, 1.0))),
+            load_sd=float(noise.force_sd / np.sqrt(touch.reads_of_load)),
             context=context,
         )
         if context is not None:

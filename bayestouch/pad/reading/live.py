@@ -105,7 +105,7 @@ class PadLive:
         measured = touch.load == touch.load and reader.load_measured
         load, load_sd = reader.load, reader.load_sd
         if measured:
-            load, reads = touch.load, max(touch.load_count, 1.0)
+            load, reads = touch.load, touch.reads_of_load
             load_sd = float(reader.measured_load_sd(np.array([load]), np.array([reads]))[0])
         felt_sd = float(np.hypot(load_sd, reader.noise.load_scatter))
         reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)

@@ -60,8 +60,7 @@ def test_a_load_far_from_the_typical_one(live: PadLive, times: float, measured: 
     load = times * reader.load
     sensitivity, _, _ = reader.map.at(np.array([[8.0]]), np.array([load]))
     reading = reader.map.offset + load * sensitivity[0]
-    known = (load * READS, READS) if measured else (0.0, 0.0)
-    touch, _ = live.read(HeldTouch(reading * READS, np.full(4, READS), *known, int(READS)))
+    touch, _ = live.read(HeldTouch.none(4).after(reading, load if measured else np.nan, READS))
     mean, sd = exact(reader, reading, load, measured)
     assert touch["P"][0] == pytest.approx(mean, abs=0.1 * sd)
     assert touch["P"][1] == pytest.approx(sd, rel=0.05)
