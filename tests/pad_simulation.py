@@ -75,7 +75,8 @@ class SimulatedPad:
         sd = np.hypot(self.floor, self.share * clean)
         columns = dict(zip(("x_mm", "y_mm"), location[rows].T, strict=False))
         if measured:
-            columns["load"] = load[rows]
+            # The force sensor is read with each sample: equal loads in all rows would count as one reading.
+            columns["load"] = load[rows] * (1 + 1e-9 * np.tile(np.arange(samples), n))
         return touches_from(
             rows,
             self.chain.offset + clean + sd * rng.standard_normal(clean.shape),

@@ -267,10 +267,10 @@ class SplitData:
         return np.asarray(self.rest_source[first][np.searchsorted(ids, touch)])
 
     def rest_offsets(self, touch: IntArray) -> RestOffsets | None:
-        """Offsets of touches (t,), by their numbers in `table`; None if they share no rest reading."""
+        """Offsets of touches (t,), by their numbers in `table`; None if they share no rest reading with noise."""
         source = self.source_of_touches(touch)
         reads = self._of_source(self.shared_reads, source)
-        if not reads.any():
+        if not (np.isfinite(reads) & (reads > 0)).any():
             return None
         return RestOffsets(
             reads, np.zeros_like(reads) if self.removed is None else self._of_source(self.removed, source)

@@ -125,15 +125,18 @@ def resting(table: Touches, offset: np.ndarray, rows: int, own: bool) -> Touches
 
 @pytest.mark.parametrize("own", [True, False])
 def test_rest_readings_are_subtracted_once(hardly_known: Calibrated, own: bool) -> None:
-    """Zeros of hundreds of counts, with rows that show them, change no calibration and no touch."""
+    """Zeros of hundreds of counts, with rows that show them, change no calibration and no touch.
+
+    Three rows that are equal have no noise.
+    """
     offset, plain = np.linspace(-400, 700, M), hardly_known.table
-    moved = resting(plain, offset, 2, own)
+    moved = resting(plain, offset, 3, own)
     one, other = (bayestouch.calibrate(w.dataset(each, each), draws=8) for each in (plain, moved))
     for name in ("response", "r_s", "theta_s", "sigma", "mu", "noise_sd"):
         np.testing.assert_allclose(other.mode[name], one.mode[name], rtol=1e-6, atol=1e-9)
     table = handed.touched(seed=9, samples=2)
     expected = bayestouch.infer(table, one, draws=64, check_sensor=False)
-    with_rest = resting(table, offset, 2, own)
+    with_rest = resting(table, offset, 3, own)
     without_rest = table.with_(readings=table.readings + offset)
     for each in (with_rest, without_rest):
         # a table without rows at rest takes the rest reading of the calibration

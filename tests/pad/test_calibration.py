@@ -36,9 +36,7 @@ def test_a_load_that_one_sample_has_errs_like_one_reading() -> None:
     made = line()
     touches = made.touch(np.linspace(6, 32, 12)[:, None], np.random.default_rng(4), measured=True, samples=4)
     rare = (touches.touch % 2 == 1) & (touches.sample > 0)
-    # Equal loads in all rows would count as one reading.
-    load = touches.load * (1 + 1e-9 * touches.sample)
-    problem = problem_of(made, touches.with_(load=np.where(rare, np.nan, load)))
+    problem = problem_of(made, touches.with_(load=np.where(rare, np.nan, touches.load)))
     reads = np.where(problem.known.touch % 2 == 1, 1, 4)
     assert problem.force_sd > 0
     np.testing.assert_allclose(problem.load_share * problem.known.load, problem.force_sd / np.sqrt(reads))
