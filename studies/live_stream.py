@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 import bayestouch
+from bayestouch.chain.noise import Noise
 
 RATE_HZ, SAMPLES = 1000.0, 120
 EVERY = 40
@@ -42,16 +43,17 @@ def sensor() -> tuple[bayestouch.DataSet, bayestouch.Calibration]:
     return data, bayestouch.calibrate(data, draws=64, seed=1)
 
 
-def stream(data: bayestouch.DataSet, noise_sd: np.ndarray, n_touches: int, seed: int = 0) -> Iterator[Sample]:
-    """Samples at 1 kHz: the mean readings of touches of the data set, with noise, 120 ms each and 80 ms apart."""
+def stream(data: bayestouch.DataSet, noise: Noise, n_touches: int, seed: int = 0) -> Iterator[Sample]:
+    """Samples at 1 kHz: mean readings and loads of touches of the data set, with noise, 120 ms each and 80 ms apart."""
     rng = np.random.default_rng(seed)
     means = data.touches.averaged()
     chosen = rng.choice(means.n_touches, n_touches, replace=n_touches > means.n_touches)
     clock = 0.0
     for touch in chosen:
         for sample in range(SAMPLES):
-            values = means.readings[touch] + noise_sd * rng.standard_normal(means.readings.shape[1])
-            yield Sample(clock, values, float(means.load[touch]), sample == 0)
+            values = means.readings[touch] + noise.tactile_sd * rng.standard_normal(means.readings.shape[1])
+            load = float(means.load[touch] + noise.force_sd * rng.standard_normal())
+            yield Sample(clock, values, load, sample == 0)
             clock += 1 / RATE_HZ
         clock += 0.08
 
@@ -93,7 +95,7 @@ def run(n_touches: int, folder: Path | None, *, paced: bool) -> dict[str, Any]:
     last: list[bayestouch.LiveTouch] = []
     frames = 0
     begun = time.perf_counter()
-    for number, sample in enumerate(stream(data, calibration.noise.tactile_sd, n_touches)):
+    for number, sample in enumerate(stream(data, calibration.noise, n_touches)):
         if sample.begins and found:
             last.append(found[-1])
         if sample.begins:

@@ -130,7 +130,11 @@ def test_standard_error_of_a_change_is_paired() -> None:
         )
         for e in errors
     ]
-    stands = [SimpleNamespace(held_out=None, held_stated=None, read=SimpleNamespace(by_touch=b)) for b in by_touch]
+    fitted = SimpleNamespace(drifts=())
+    stands = [
+        SimpleNamespace(held_out=None, held_stated=None, read=SimpleNamespace(by_touch=b), fitted=fitted)
+        for b in by_touch
+    ]
     found = standard_errors(*stands)
     picks = rng.integers(0, n, (2000, n))
     for key in ("R_bias_mm", "R_rms_mm", "theta_rms_deg", "coverage_90"):
@@ -154,7 +158,8 @@ def test_standard_error_of_the_prediction_error_where_readings_are_missing() -> 
     held = [SimpleNamespace(errors=r, samples=None, whitened=np.nan_to_num(r), freedom=900.0) for r in (first, second)]
     for each in held:
         each.observed = SimpleNamespace(n_touches=n)
-    stands = [SimpleNamespace(held_out=each, held_stated=each, read=None) for each in held]
+    fitted = SimpleNamespace(drifts=())
+    stands = [SimpleNamespace(held_out=each, held_stated=each, read=None, fitted=fitted) for each in held]
     picks = rng.integers(0, n, (2000, n))
     change = [rms_percent(second[pick]) - rms_percent(first[pick]) for pick in picks]
     # 2000 resamples give a standard deviation to 1.6 %, and the rare element is resampled in number, too.

@@ -17,7 +17,8 @@ def test_the_loop_reads_every_touch_and_draws(tmp_path: Path) -> None:
     assert len(list((tmp_path / "frames").glob("*.png"))) == out["frames"] == 6
     # The last posterior of a touch is that of the mean of its samples.
     data, calibration = module.sensor()
-    rows = list(module.stream(data, calibration.noise.tactile_sd, 2))[: module.SAMPLES]
+    rows = list(module.stream(data, calibration.noise, 2))[: module.SAMPLES]
     values = np.mean([each.values for each in rows], axis=0)
-    whole = bayestouch.Reader(calibration).read(values, rows[0].load, reads=len(rows))
+    load = float(np.mean([each.load for each in rows]))
+    whole = bayestouch.Reader(calibration).read(values, load, reads=len(rows))
     np.testing.assert_allclose((out["last"][0].mean - whole.mean) / whole.sd, 0.0, atol=5e-3)
