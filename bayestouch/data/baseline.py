@@ -200,11 +200,9 @@ class Baseline:
         if self.general is None:
             return touches.with_(notes=(*touches.notes, self.note))
         away, shape = ~touches.in_contact, touches.readings.shape
-        reads = np.full(shape, np.nan)
-        if self.reads is not None:
-            reads = np.broadcast_to(combined_reads(self.reads, self.before), shape)
+        shared = None if self.reads is None else np.broadcast_to(combined_reads(self.reads, self.before), shape)
         if not self.own or not away.any():
-            return _subtracted(touches, np.tile(self.general, (touches.n_rows, 1)), self.note, reads)
+            return _subtracted(touches, np.tile(self.general, (touches.n_rows, 1)), self.note, shared)
         ids, group = groups(touches.touch)
         weights, there, members = _weights(touches)[away], ~np.isnan(touches.readings[away]), group[away]
         columns = touches.readings[away].T
@@ -215,9 +213,9 @@ class Baseline:
         reads = np.where(
             known[group],
             combined_reads(np.where(known, np.maximum(count, 1.0) * self.each_read, np.nan), self.before)[group],
-            reads,
+            np.nan if shared is None else shared,
         )
-        return _subtracted(touches, offset[group], self.note, reads)
+        return _subtracted(touches, offset[group], self.note, None if np.isnan(reads).all() else reads)
 
 
 def combined_reads(reads: FloatArray, before: FloatArray | None) -> FloatArray:
@@ -295,9 +293,8 @@ def _without_rest_reading(general: FloatArray) -> str:
     return f" ({names}: no such reading, left as it is)" if names else ""
 
 
-def _subtracted(touches: Rows, offset: FloatArray, note: str, reads: FloatArray) -> Rows:
+def _subtracted(touches: Rows, offset: FloatArray, note: str, rest_reads: FloatArray | None) -> Rows:
     readings = touches.readings - np.where(np.isnan(offset), 0.0, offset)
-    rest_reads = None if np.isnan(reads).all() else reads
     return touches.with_(readings=readings, rest_reads=rest_reads, notes=(*touches.notes, note))
 
 

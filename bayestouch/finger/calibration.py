@@ -15,7 +15,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
-from bayestouch.finger.fit import FingerFit, fit_finger, without_offsets
+from bayestouch.finger.fit import FingerFit, fit_finger, with_offsets, without_offsets
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of
 from bayestouch.finger.place.choice import LEAST_PLACES
@@ -81,7 +81,8 @@ def calibrate_finger(
     if offsets is not None:
         means = replace(means, readings=means.readings - offsets.removed)
         corrected = corrected.with_(notes=(*corrected.notes, CORRECTED_REST)) if offsets.removed.any() else corrected
-        elastic, used = fit_finger(means, finger, priors, contact=contact, offsets=offsets)
+        elastic, used = fit_finger(means, finger, priors, contact=contact)
+        elastic = with_offsets(elastic, offsets.select(used))
     fit = elastic
     places: PlacePosterior | None = None
     why: tuple[str, ...] = ()

@@ -74,12 +74,7 @@ class FingerFit:
 
 
 def fit_finger(
-    means: TouchMeans,
-    finger: Finger,
-    priors: FingerPriors,
-    *,
-    contact: str = "layer",
-    offsets: RestOffsets | None = None,
+    means: TouchMeans, finger: Finger, priors: FingerPriors, *, contact: str = "layer"
 ) -> tuple[FingerFit, NDArray[np.bool_]]:
     """Fit of all calibration parameters to all known touches.
 
@@ -93,8 +88,6 @@ def fit_finger(
         Priors.
     contact : str
         Contact model.
-    offsets : RestOffsets, optional
-        Errors of the rest readings that touches share. They are integrated out, like functions of place.
 
     Returns
     -------
@@ -123,12 +116,16 @@ def fit_finger(
         contact=contact,
         largest_load=LOAD_REACH * float(known.load.max()),
     )
-    fit = settled_fit(FingerLikelihood(model, known, start), np.concatenate([start, first_guess(known, prior)]))
-    return (fit if offsets is None else _with_offsets(fit, offsets.reads[used], offsets.removed[used])), used
+    likelihood = FingerLikelihood(model, known, start)
+    return settled_fit(likelihood, np.concatenate([start, first_guess(known, prior)])), used
 
 
-def _with_offsets(fit: FingerFit, reads: FloatArray, removed: FloatArray) -> FingerFit:
-    """The fit with offsets that touches share integrated out, of the noise of means of so many `reads` (t, m)."""
+def with_offsets(fit: FingerFit, offsets: RestOffsets) -> FingerFit:
+    """The fit with the errors of the rest readings that its t touches share integrated out, like functions of place.
+
+    The estimates of these errors are taken out of the readings of `fit`.
+    """
+    reads, removed = offsets.reads, offsets.removed
     likelihood, noise = fit.likelihood, fit.noise.tactile_sd
     sd = np.divide(noise, np.sqrt(reads), out=np.zeros_like(reads), where=reads > 0)
     at_places = TouchesWithPlaces.of_offsets(sd, removed)

@@ -12,7 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import read_once
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
-from bayestouch.finger.fit import FingerFit, fit_finger
+from bayestouch.finger.fit import FingerFit, fit_finger, with_offsets
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.fitting import Fitted, fit
@@ -104,9 +104,7 @@ def finger_start(
     noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
     if priors.noise is not None:  # the noise of the fit combines the stated prior with the repeats
         noise = replace(noise, sd=np.maximum(base.noise.tactile_sd, 1e-6 * model.peak))
-    calibrated = base
-    if offsets is not None:
-        calibrated, _ = fit_finger(observed.means, finger, priors, contact=contact, offsets=offsets)
+    calibrated = base if offsets is None else with_offsets(base, offsets)
     return FingerStart(priors, notes, calibrated, used, fit(model, base.laplace.mode, noise))
 
 

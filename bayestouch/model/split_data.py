@@ -48,6 +48,10 @@ class RestOffsets:
     reads: FloatArray
     removed: FloatArray
 
+    def select(self, touches: BoolArray) -> RestOffsets:
+        """The offsets of some touches."""
+        return RestOffsets(self.reads[touches], self.removed[touches])
+
 
 @dataclass(frozen=True, eq=False)
 class SplitData:
