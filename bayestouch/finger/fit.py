@@ -20,7 +20,7 @@ from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of
 from bayestouch.finger.place.touches import ErrorsWithPlaces, TouchesWithPlaces
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.observations import UntimedTouches
-from bayestouch.model.split_data import RestOffsets
+from bayestouch.model.shared_rest import RestOffsets
 from bayestouch.sampling.laplace import LaplaceFit
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 

@@ -18,7 +18,7 @@ from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
-from bayestouch.model.split_data import RestOffsets
+from bayestouch.model.shared_rest import RestOffsets
 from bayestouch.priors.parameters import Prior
 
 # Without repeats, the noise is estimated from readings predicted below this share of the peak.

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
-from bayestouch.data.baseline import RestTally, rest_reads_of
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.splits import with_calibration
@@ -16,6 +15,7 @@ from bayestouch.effects.effect import Setting
 from bayestouch.errors import InputError, few
 from bayestouch.model.body import body_of
 from bayestouch.model.observations import Observations, history_of
+from bayestouch.model.shared_rest import RestOffsets, shared_rest
 from bayestouch.model.timing import Timing, one_clock, typical_gap
 
 # Smallest number of touches with references for a split of the touches to be read, and for a split of the calibration.
@@ -31,26 +31,6 @@ CORRECTED_REST = (
 )
 # Number of blocks of consecutive touches into which a scan is split.
 BLOCKS = 40
-
-
-@dataclass(frozen=True, eq=False)
-class RestOffsets:
-    """Errors of the rest readings that touches share, as offsets of their readings; t touches, m elements.
-
-    Attributes
-    ----------
-    reads : (t, m) array
-        Number of raw reads behind the rest reading that a touch shares; 0 if it shares none.
-    removed : (t, m) array
-        Estimate of the offset that was taken out of the mean readings.
-    """
-
-    reads: FloatArray
-    removed: FloatArray
-
-    def select(self, touches: BoolArray) -> RestOffsets:
-        """The offsets of some touches."""
-        return RestOffsets(self.reads[touches], self.removed[touches])
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +125,7 @@ class SplitData:
             raise InputError(NOTHING_KNOWN)
         training, left_out = _with_load(dataset, table, (known & ~held)[group])
         about = (*left_out, *remarks_on(table, training))
-        source, reads = _shared_rest(calibration, touches)
+        source, reads = shared_rest(calibration, touches)
         return cls(
             dataset=dataset,
             table=table,
@@ -181,7 +161,7 @@ class SplitData:
             raise InputError(NOTHING_KNOWN)
         training, left_out = _with_load(dataset, table, known[group])
         notes = (*dataset.notes, *left_out, *remarks_on(table, training), timing.note)
-        source, reads = _shared_rest(calibration)
+        source, reads = shared_rest(calibration)
         return cls(
             dataset=dataset,
             table=table,
@@ -218,7 +198,7 @@ class SplitData:
         if not held.any():
             how = TOO_FEW
         notes = (*dataset.notes, *table.notes, how, *left_out, *remarks_on(table, training), clock.note)
-        source, reads = _shared_rest(whole)
+        source, reads = shared_rest(whole)
         return cls(
             dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),
             table=table,
@@ -364,19 +344,6 @@ def joined_tables(*tables: Touches) -> Touches:
 def without_dead(table: Touches) -> Touches:
     """The table without the readings of elements that are constant over all rows: they carry no information."""
     return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
-
-
-def _shared_rest(*tables: Touches) -> tuple[IntArray, FloatArray]:
-    """`SplitData.rest_source` and `SplitData.shared_reads` of tables before their rest readings are subtracted."""
-    source, reads = [], np.zeros((2, tables[0].n_elements))
-    for k, table in enumerate(tables):
-        tally = RestTally.none(table.n_elements).after(table)
-        reads[k] = rest_reads_of(tally, table)
-        # A table without a reading at rest has that of the first one.
-        shared = k if tally.rows else 0 if reads[0].any() else -1
-        own = np.isin(table.touch, table.touch[~table.in_contact])
-        source.append(np.where(own, -1, shared))
-    return np.concatenate(source), reads
 
 
 def _with_load(dataset: DataSet, table: Touches, rows: BoolArray) -> tuple[BoolArray, tuple[str, ...]]:
