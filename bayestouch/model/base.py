@@ -298,11 +298,12 @@ class SensorModel(ABC):
     def _of_effect(self, effect: Effect, vector: FloatArray, places: range, at: PredictedAt) -> list[Predicted]:
         """Derivative over the values of one effect.
 
-        If no effect mixes elements, one difference gives the derivatives over the values of all elements.
+        If no effect mixes elements from this one on, one difference gives the derivatives over the values of all
+        elements.
         """
         own = [i for i, each in zip(places, effect.parameters, strict=True) if each.of_element]
         together: dict[int, Predicted] = {}
-        if own and not any(each.mixes for each in self.effects):
+        if own and not any(each.mixes for each in self.effects if each.order >= effect.order):
             up, down, steps = vector.copy(), vector.copy(), np.empty(len(own))
             for e, i in enumerate(own):
                 higher, lower, steps[e] = self.about_value(vector, i)

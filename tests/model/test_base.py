@@ -166,7 +166,7 @@ class Shared(Effect):
     """Multiplies each element by a factor of its own."""
 
     name, stage, mixes = "shared", "element", False
-    parameters = tuple(EffectParameter(f"own_{e}", "", "", Normal(0.0, 0.5), (0.0,)) for e in (1, 2))
+    parameters = tuple(EffectParameter(f"own_{e}", "", "", Normal(0.0, 0.5), (0.0,), of_element=True) for e in (1, 2))
 
     def signal(self, recording: Recording, values: Any) -> np.ndarray:
         return recording.signal * np.exp(np.array(values))
@@ -195,6 +195,27 @@ def test_derivatives_over_the_values_of_elements(effect: Effect) -> None:
         wanted = SIGNAL[:, [e]] * factor[e] * moves * (1 + 0.6 * before)
         np.testing.assert_allclose(found[e].touches, wanted, rtol=1e-4, atol=1e-9)
     np.testing.assert_allclose(found[2].touches, 3 * before**2, rtol=1e-9)
+
+
+def test_elements_that_mix_before_an_effect_are_differenced_together() -> None:
+    """The factors act on what has leaked already: each moves its own element only, by one difference for both."""
+    calls = list[np.ndarray]()
+
+    class Amplified(Shared):
+        name, stage = "amplified", "readout"
+
+        def signal(self, recording: Recording, values: Any) -> np.ndarray:
+            calls.append(np.array(values))
+            return super().signal(recording, values)
+
+    model, vector = made(Leaking(), Amplified()), np.array([0.5, 0.2, -0.1, 0.3, -0.4])
+    own = SIGNAL * np.exp([0.2, -0.1])
+    readings = (own + 0.1 * own[:, ::-1]) * np.exp([0.3, -0.4])
+    found = model.of_values(vector, model.signal(vector))[2:]
+    for e in range(2):
+        np.testing.assert_allclose(found[e].touches, readings * (np.arange(2) == e), rtol=1e-4, atol=1e-12)
+    # The rows before each effect, two values of the leaking effect, both ways, and one difference for both factors.
+    assert len(calls) == 1 + 4 + 2
 
 
 @pytest.mark.parametrize(
