@@ -15,13 +15,12 @@ class History:
 
     Attributes
     ----------
-    start_s, end_s : (h,) arrays
-        Times of the first and the last sample of the touch.
+    end_s : (h,) array
+        Time of the last sample of the touch.
     readings : (h, m) array
         Mean reading of the touch; zero where missing.
     """
 
-    start_s: FloatArray
     end_s: FloatArray
     readings: FloatArray
 
@@ -39,15 +38,14 @@ class History:
             Readings; NaN missing.
         """
         n = int(touch.max()) + 1 if len(touch) else 0
-        start, end = np.full(n, np.inf), np.full(n, -np.inf)
-        np.minimum.at(start, touch, time_s)
+        end = np.full(n, -np.inf)
         np.maximum.at(end, touch, time_s)
         total, count = np.zeros((n, readings.shape[1])), np.zeros((n, readings.shape[1]))
         np.add.at(total, touch, np.nan_to_num(readings))
         np.add.at(count, touch, ~np.isnan(readings))
         order = np.argsort(end, kind="stable")
         mean = np.divide(total, count, out=np.zeros_like(total), where=count > 0)
-        return cls(start[order], end[order], mean[order])
+        return cls(end[order], mean[order])
 
     def leftover(self, start_s: FloatArray, fade_s: FloatArray) -> FloatArray:
         """Return the sum of the readings of the earlier touches, after decay from their end to the given times.

@@ -139,7 +139,7 @@ def next_step_in(folder: Path) -> NextStep:
     if here.reports[:1] == (".",):
         return _report(here)
     if here.diagnoses[:1] == (".",):
-        return _diagnosis(folder, here)
+        return _diagnosis(folder)
     if here.datasets:
         return _dataset(folder, here)
     if here.calibrations:
@@ -244,7 +244,7 @@ def _posterior(here: Workplace) -> NextStep:
     return NextStep(f"Posterior: {_listed(here.posteriors)}.", ((command, "one row for each touch, in Python"),))
 
 
-def _diagnosis(folder: Path, here: Workplace) -> NextStep:
+def _diagnosis(folder: Path) -> NextStep:
     """A diagnosis: its verdict, and reading touches with the model that it found."""
     after = "calibration_after.nc"
     command = _command("infer", "touches.csv", "--calibration", after, "-o", "posterior.nc")

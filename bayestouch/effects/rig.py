@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import COORDINATES
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.effects.element import bluntness
@@ -21,8 +22,6 @@ LARGEST = 5.0
 WAVES_OF_ANGLE, WAVES_OF_LOAD = 4, 8
 # Highest number of waves a turn of the angle error: of three jaws.
 WAVES_A_TURN = 3
-# Coordinates of a pad.
-AXES = ("x", "y")
 
 
 def once_around(angle_deg: FloatArray, values: Values, centre: tuple[float, ...]) -> FloatArray:
@@ -219,7 +218,7 @@ class LoadMisalignment(Effect):
         middle = tuple(0.5 * (low + high) for low, high in setting.place_range)
         half = tuple(0.5 * (high - low) for low, high in setting.place_range)
         # Along a coordinate in which all touches are equal, but for rounding, no error can change.
-        changing = tuple(name for name, each in zip(AXES, half, strict=False) if each > 1e-6 * max(half))
+        changing = tuple(name for name, each in zip(COORDINATES, half, strict=False) if each > 1e-6 * max(half))
         names = ("sine", "cosine") if setting.finger else changing
         prior = Normal(0.0, 0.1)
         parameters = tuple(EffectParameter(n, "", f"load error ({n}) as a share", prior, (0.001,), 0.0) for n in names)
@@ -243,7 +242,7 @@ class LoadMisalignment(Effect):
             if len(values) > 2:
                 error = error + once_around(2 * recording.place[0], values[2:], self.centre_2)
         else:
-            axes = [AXES.index(each.name) for each in self.parameters]
+            axes = [COORDINATES.index(each.name) for each in self.parameters]
             places, middle, half = recording.place, self.centre, self.half_range
             scaled = [v * (places[i] - middle[i]) / half[i] for v, i in zip(values, axes, strict=True)]
             error = np.sum(scaled, axis=0)

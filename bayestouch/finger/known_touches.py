@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
+from bayestouch.data.arrays import responding, turned
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
@@ -90,9 +91,7 @@ class KnownTouches:
         typical = float(load[measured].mean())
         readings = means.readings[known]
         counts = np.where(np.isnan(readings), 0, means.counts[known])
-        there = np.where(counts > 0, readings, np.nan)
-        constant = (counts > 0).sum(axis=0) > 1
-        constant &= np.array([len(np.unique(values[~np.isnan(values)])) <= 1 for values in there.T])
+        dead = ~responding(np.where(counts > 0, readings, np.nan))
         dof = np.where(
             np.isfinite(means.pure_error_variance) & (means.pure_error_variance > 0), means.pure_error_dof, 0
         )
@@ -104,10 +103,10 @@ class KnownTouches:
                 angle=np.radians(finger.near(means.angle_deg[known])),
                 load=np.where(measured, load, typical),
                 load_reads=np.where(measured, means.reads_of_load[known], 0.0),
-                readings=np.where(constant, np.nan, readings),
-                counts=np.where(constant, 0, counts),
-                scatter=np.where(constant, 0.0, scatter),
-                scatter_dof=np.where(constant, 0.0, dof),
+                readings=np.where(dead, np.nan, readings),
+                counts=np.where(dead, 0, counts),
+                scatter=np.where(dead, 0.0, scatter),
+                scatter_dof=np.where(dead, 0.0, dof),
                 force_scatter=means.load_error_variance * load_dof if load_dof > 0 else 0.0,
                 force_scatter_dof=load_dof,
             ),
@@ -173,9 +172,8 @@ class KnownTouches:
         InputError
             If no touch is near an element that has readings.
         """
-        nominal = np.radians(finger.element_angles_deg)
-        turn = np.abs(np.angle(np.exp(1j * (self.angle[:, None] - nominal))))
-        near = (turn < np.radians(NEAR_DEG)) & ~self.missing
+        away = np.abs(turned(np.degrees(self.angle)[:, None] - finger.element_angles_deg))
+        near = (away < NEAR_DEG) & ~self.missing
         unreached = ~near.any(axis=0) & ~self.missing.all(axis=0)
         if unreached.any():
             names = ", ".join(f"e{i + 1:02d}" for i in np.flatnonzero(unreached))

@@ -176,7 +176,7 @@ class Reader(Summarised):
         InputError
             If the number of elements is wrong, or a number is infinite or too large; a missing one is NaN.
         """
-        samples = np.atleast_2d(self._numbers(values))
+        samples = np.atleast_2d(_numbers("rest reading", values))
         if samples.shape[1:] != (self._body.n_elements,) or not len(samples):
             raise InputError(f"rest reading: expected {self._body.n_elements} elements, got shape {samples.shape}")
         _require_not_huge("rest reading", samples)
@@ -245,7 +245,7 @@ class Reader(Summarised):
     ) -> tuple[FloatArray, float, float, float]:
         """Readings minus the rest reading, load (NaN not used), number of raw reads, and time (s)."""
         m = self._body.n_elements
-        sample = self._numbers(values)
+        sample = _numbers("values", values)
         if sample.shape != (m,):
             raise InputError(f"values: expected {m} readings, one for each element, got shape {sample.shape}")
         _require_not_huge("values", sample)
@@ -276,12 +276,12 @@ class Reader(Summarised):
         self._time_s = now
         return now
 
-    @staticmethod
-    def _numbers(values: ArrayLike) -> FloatArray:
-        try:
-            return np.asarray(values, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError(f"values: expected numbers, got {shown(values)}") from None
+
+def _numbers(name: str, values: ArrayLike) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers, got {shown(values)}") from None
 
 
 def _number(name: str, value: float) -> float:

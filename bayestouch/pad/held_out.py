@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.arrays import read_once
 from bayestouch.model.as_stated import at_stated_references
 from bayestouch.model.correction import Correction
@@ -64,8 +65,8 @@ def held_out(
         whitened=np.where(present, whitening.touches(residual), 0.0),
         present=present,
         design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
-        reference={**dict(zip(("x", "y"), recording.place, strict=False)), "P": observed.load},
-        stated={**dict(zip(("x", "y"), places, strict=False)), "P": observed.load},
+        reference={**dict(zip(COORDINATES, recording.place, strict=False)), "P": observed.load},
+        stated={**dict(zip(COORDINATES, places, strict=False)), "P": observed.load},
         quantities=quantities(observed, model.element_place, recording.place, observed.load, signal, peak),
         noise_sd=np.where(measured[rows, None], noise_sd, np.nan),
         load_free=free_load(whitening, of_load, measured),

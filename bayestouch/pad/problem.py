@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import element_pitch
+from bayestouch.data.arrays import responding
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.baseline import shared_rest_reads
 from bayestouch.data.sensor import Sensor, pad_of
@@ -123,7 +124,7 @@ def pad_problem(
         notes.append(f"{_MOST_TOUCHES:,} of {known.n_touches:,} calibration touches are used, chosen at random")
         order = np.random.default_rng(seed).permutation(known.n_touches)
         known = known.select(np.sort(order[:_MOST_TOUCHES]))
-    usable = _responding(known.readings)
+    usable = responding(known.readings) & (np.isfinite(known.readings).sum(axis=0) > 1)
     for e in np.flatnonzero(~usable):
         notes.append(f"e{e + 1:02d} has no readings, or constant ones: it is left out")
     known = replace(known, counts=np.where(usable, known.counts, 0))
@@ -179,10 +180,3 @@ def stated_or_assumed_noise(sensor: Sensor, load: FloatArray) -> tuple[float, li
         return sensor.force_noise_sd, []
     note = f"the force sensor's noise is not stated: {UNSTATED_FORCE_NOISE:.1%} of the mean load is assumed"
     return UNSTATED_FORCE_NOISE * float(load.mean()), [note]
-
-
-def _responding(readings: FloatArray) -> NDArray[np.bool_]:
-    here = np.isfinite(readings)
-    low = np.where(here, readings, np.inf).min(axis=0)
-    high = np.where(here, readings, -np.inf).max(axis=0)
-    return np.asarray(high > low)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import COORDINATES
 from bayestouch.model.observations import Observations
 from bayestouch.model.quantities import Quantity, previous_readings
 
@@ -43,7 +44,7 @@ def quantities(
         Quantity("place from element to touch", "mm", from_element[0])
         if one
         else Quantity("distance from element to touch", "mm", distance),
-        *(Quantity(name, "mm", wide(axis)) for name, axis in zip(("x", "y"), place, strict=False)),
+        *(Quantity(name, "mm", wide(axis)) for name, axis in zip(COORDINATES, place, strict=False)),
         Quantity("load", "N", wide(load)),
         Quantity("time", observed.unit, wide(observed.touch_time_s)),
         Quantity("predicted signal", "% of the peak", 100 * share),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.touches import Touches
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.held_out import HeldOut
@@ -59,7 +60,7 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     table = _to_be_read(calibration, data)
     read = infer(table, plain, Options(kept=Kept(DRAWS, summarised=False), seed=seed))
     index = rows_of_held_out(read, held)
-    axes = [name for name in ("x", "y") if name in held.stated]
+    axes = [name for name in COORDINATES if name in held.stated]
     squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
     level = np.asarray(read.sample_stats["reference_level"])[index]
     unknown = np.full(len(index), np.nan)

@@ -204,7 +204,7 @@ def test_memory_is_what_all_touches_before_left(values: tuple[float, float, floa
     pause = 4.0
     read = forms.memory(SIGNAL, TOUCH, TIME, pause, values)
     means = average(touches_from(TOUCH, read, time_s=TIME)).readings
-    there = finger(history=History(START, START + 1.1, means))
+    there = finger(history=History(START + 1.1, means))
     setting = replace(SETTINGS["finger"], gap_s=pause)
     memory = effect_classes()["memory"].suited(setting)
     assert memory is not None

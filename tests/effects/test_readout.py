@@ -26,7 +26,7 @@ def recording(signal: list[float], before: list[float]) -> Recording:
         reference_load=1.0,
         time_s=np.array([10.0]),
         peak=np.array([3.0, 4.0]),
-        history=History(np.array([1.0]), np.array([5.0]), np.array([before])),
+        history=History(np.array([5.0]), np.array([before])),
     )
 
 

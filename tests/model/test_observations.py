@@ -88,7 +88,6 @@ def test_without_wrong_readings() -> None:
 def test_history() -> None:
     """Mean reading of each touch in the order of time, which here is the other way round; rest left out."""
     found = history_of(table(), np.array([20.0, 21.0, 23.0, 9.0]))
-    np.testing.assert_array_equal(found.start_s, [9.0, 21.0])
     np.testing.assert_array_equal(found.end_s, [9.0, 23.0])
     np.testing.assert_allclose(found.readings, [[2.0, 3.0], [3.0, 6.0]])
 
@@ -107,7 +106,7 @@ def test_touches_of_which_only_the_number_counts() -> None:
 
 def test_earlier_readings_with_swapped_wires() -> None:
     """Touches are as they were; what was read before them is in the other order."""
-    before = replace(observed(), history=History(np.zeros(1), np.ones(1), np.array([[1.0, 2.0]])))
+    before = replace(observed(), history=History(np.ones(1), np.array([[1.0, 2.0]])))
     after = before.with_wires(np.array([1, 0]))
     np.testing.assert_array_equal(after.history.readings, [[2.0, 1.0]])
     np.testing.assert_array_equal(after.means.readings, before.means.readings)

@@ -57,7 +57,7 @@ def as_ours(r: Recording) -> Ours:
         peak=r.peak,
         reference_load=independent_finger.REFERENCE_LOAD,
         signal=r.signal,
-        history=History(first, last, r.by_touch(r.signal)),
+        history=History(last, r.by_touch(r.signal)),
     )
 
 

@@ -122,8 +122,8 @@ class FingerStream:
         self._began = time_s
         self._history = None
         if self._earlier:
-            start, end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
-            self._history = History(start, end, readings)
+            end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
+            self._history = History(end, readings)
 
     def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
         """The touch with one more sample: mean `values` (m,) of `reads` raw readings, load (N/m) and time (s)."""
@@ -140,7 +140,7 @@ class FingerStream:
         """End the touch; its mean readings and its information on the drifts are used for later touches."""
         if len(self.rows):
             mean = self._total / np.maximum(self._counts, 1e-300)
-            self._earlier = [*self._earlier, (self._began, self._last, mean)][-REMEMBERED:]
+            self._earlier = [*self._earlier, (self._last, mean)][-REMEMBERED:]
         if self.drifts is not None and self.found is not None:
             precision, information = _evidence(self.found, self.effects_chain).about_addition()
             now = self.drifts.at(self._times / self._weight)

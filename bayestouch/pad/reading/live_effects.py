@@ -40,8 +40,8 @@ class PadStream:
         """Start a touch at this time (s)."""
         self._began, self._raw = time_s, None
         if self._earlier:
-            start, end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
-            self._history = History(start, end, readings)
+            end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
+            self._history = History(end, readings)
 
     def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
         """The touch with one more sample, corrected for the effects."""
@@ -58,4 +58,4 @@ class PadStream:
     def end(self) -> None:
         """End the touch: its remainder changes the readings of later touches."""
         if self.needs_time and self._raw is not None:
-            self._earlier = [*self._earlier, (self._began, self._last, self._raw.readings)][-REMEMBERED:]
+            self._earlier = [*self._earlier, (self._last, self._raw.readings)][-REMEMBERED:]
