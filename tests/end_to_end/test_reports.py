@@ -226,6 +226,9 @@ def test_plane_numbers_and_pictures() -> None:
     assert "location_bias" in {picture.name for picture in pictures}
     page = Page(render(numbers, pictures))
     assert number(rows["inside the array"]["distance"]["median_abs"], 2) in page.cells
+    # A search for effects that is refused ends with its reason on the page.
+    reason = "No effect was searched for: fewer than 3 calibration touches were read by element e05."
+    assert reason in " ".join(Page(render({**numbers, "diagnosis": {"missing": reason}}, pictures)).text)
 
 
 @pytest.mark.slow

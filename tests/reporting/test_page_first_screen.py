@@ -1,0 +1,36 @@
+"""First screen of a report: what is said where there is no diagnosis."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from report_cases import Page
+
+from bayestouch.reporting.page import new_environment
+
+SKETCH = SimpleNamespace(view="0 0 1 1", alt="", shapes=[], low="", high="", scale="", title="")
+ROW = {"question": "What to fix?", "short": "Nothing", "reason": "None"}
+
+
+def first_screen(diagnosis: dict[str, Any] | None = None, headline: tuple[dict[str, Any], ...] = ()) -> str:
+    """Text of the first screen, with single spaces."""
+    numbers = {"answer": {"verdict": [ROW], "headline": headline}, "diagnosis": diagnosis}
+    template = new_environment(numbers, ()).get_template("first_screen.html")
+    return " ".join(" ".join(Page(template.render(sketch=SKETCH, loops=None)).text).split())
+
+
+@pytest.mark.parametrize(
+    ("diagnosis", "said"),
+    [
+        (None, "No effect was searched for, so there is no before and after."),
+        (
+            {"missing": "No effect was searched for: too few touches."},
+            "No effect was searched for, so there is no before and after.",
+        ),
+        ({"verdict": "adequate"}, "No touches were held out, so there is no before and after."),
+    ],
+)
+def test_there_is_a_page_without_before_and_after(diagnosis: dict[str, Any] | None, said: str) -> None:
+    assert said in first_screen(diagnosis)
