@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.kernel_choice import kernel_names
 from bayestouch.priors.parameters import Parameter
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.peak_table import error_and_noise
@@ -71,16 +72,20 @@ def used_model(settings: Mapping[str, str | float]) -> str:
 
 def model_rows(statistics: Mapping[str, float], used: str) -> list[dict[str, Any]]:
     """Models compared on a pad, the best first: held-out log score, error in % of the peak, whether it is used."""
+    # Names of statistics have no hyphens, those of kernels may have.
+    kernels = {name.replace("-", "_"): name for name in kernel_names(1)}
     rows = []
     for key in _scores(statistics):
         model = key.removeprefix(_SCORE)
+        kernel = model.removesuffix("_with_map")
+        name = kernels.get(kernel, kernel).replace("_", " ") + model.removeprefix(kernel).replace("_", " ")
         rows.append(
             {
-                "model": model.replace("_", " "),
+                "model": name,
                 "map": model == "map_alone" or model.endswith("_with_map"),
                 "log_score": statistics[key],
                 "error_percent_peak": statistics.get(f"{_ERROR}{model}"),
-                "used": model.replace("_", " ") == used.replace("_", " "),
+                "used": name == used,
             }
         )
     return sorted(rows, key=lambda row: -float(row["log_score"]))
