@@ -78,7 +78,7 @@ SCHEMA = _object(
         "notes": _list_of(_TEXT),
         "draws": _object(_PERHAPS),
         "causes": _list_of(_object(names=_list_of(_TEXT), probability=_PROBABILITY)),
-        "calibration_after": _object(effects=_list_of(_TEXT)),
+        "calibration_after": _object(effects=_list_of(_TEXT), correction=_one_of("true or false", "boolean")),
         "not_used": _list_of(_object(effects=_list_of(_TEXT), worse=_object(_object(before=_NUMBER, after=_NUMBER)))),
     },
 )

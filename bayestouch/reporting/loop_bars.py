@@ -24,10 +24,15 @@ def loop_bars(diagnosis: dict[str, Any] | None) -> dict[str, Any] | None:
     """
     if diagnosis is None or "before" not in diagnosis:
         return None
-    names = [effect["name"].replace("_", " ") for effect in diagnosis["effects"]]
-    changed = bool(names) or diagnosis["correction"] is not None
-    added = [*names, *(["a correction"] if diagnosis["correction"] is not None else [])]
-    title = f"before and after {listed(added)}" if changed else "no effect was found"
+    effects, correction = used_after(diagnosis)
+    added = [*(name.replace("_", " ") for name in effects), *(["a correction"] if correction else [])]
+    changed = bool(added)
+    if changed:
+        title = f"before and after {listed(added)}"
+    elif diagnosis["effects"] or diagnosis["correction"] is not None:
+        title = "nothing that was found is used"
+    else:
+        title = "no effect was found"
     rows = [row for row in before_after(diagnosis) if row["unit"] in _AS_BARS and "bias" not in row["quantity"]]
     groups = [_group(row, diagnosis, changed) for row in rows[:_MOST] if row["before"] is not None]
     return {"title": title, "groups": groups} if groups else None
@@ -48,6 +53,35 @@ def _group(row: dict[str, Any], diagnosis: dict[str, Any], changed: bool) -> dic
             for name, kind, value in known
         ],
     }
+
+
+def used_after(diagnosis: dict[str, Any]) -> tuple[list[str], bool]:
+    """Names of the effects in the model after, and whether it has a correction; what was found may not be used."""
+    # Files of version 0.1 do not contain this key: all that was found is used.
+    used = diagnosis.get("calibration_after")
+    if used is None:
+        return [effect["name"] for effect in diagnosis["effects"]], diagnosis["correction"] is not None
+    return list(used["effects"]), bool(used["correction"])
+
+
+def after_in_words(diagnosis: dict[str, Any]) -> str:
+    """Sentences on what the columns of the table are."""
+    effects, correction = used_after(diagnosis)
+    parts = [listed([name.replace("_", " ") for name in effects])] if effects else []
+    if effects and len(effects) == len(diagnosis["effects"]):
+        parts = ["the effects that were found"]
+    parts += ["a correction without a cause"] if correction else []
+    if not parts:
+        found = bool(diagnosis["effects"]) or diagnosis["correction"] is not None
+        what = "the same, because " + ("nothing that was found is used" if found else "no effect was found")
+    else:
+        what = f"with {listed(parts)}"
+        if references_corrected(diagnosis):
+            what += (
+                ", against references as these correct them; in the last column against references as the data set "
+                "states them"
+            )
+    return f"Before: the calibrated model alone. After: {what}."
 
 
 def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:

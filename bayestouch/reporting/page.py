@@ -13,7 +13,7 @@ from bayestouch.output.text import exact, number, percent, plus_minus
 from bayestouch.reporting.baseline_table import beside_regressions
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.live import Live
-from bayestouch.reporting.loop_bars import before_after, loop_bars, references_corrected
+from bayestouch.reporting.loop_bars import after_in_words, before_after, loop_bars, references_corrected
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -56,6 +56,7 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
     )
     environment.filters.update(at=_at, shown=_shown, span=_span, radius=_radius, plus_minus=plus_minus, symbol=_symbol)
     environment.filters["place"] = _place
+    environment.filters["after_in_words"] = after_in_words
     environment.filters["before_after"] = before_after
     environment.filters["references_corrected"] = references_corrected
     environment.filters["beside_regressions"] = beside_regressions

@@ -93,9 +93,18 @@ def _gain(found: dict[str, Any]) -> str:
     return f"{does} the prediction error on held-out touches ({change})"
 
 
+def _harm(found: dict[str, Any] | None) -> list[str]:
+    """What is read worse with what was found, or is not used for that; a correction may be, where no effect is."""
+    if found is None or _word(found) is None:
+        return []
+    refused = not_used(found)
+    return [refused] if refused else worse_lines(found)
+
+
 def _fix(numbers: dict[str, Any]) -> dict[str, str]:
     question, found = "What to fix?", numbers["diagnosis"]
     parts = []
+    harm = _harm(found)
     if found is not None and _word(found) is not None and not is_tested(found):
         parts.append(verdict_sentence(found))
         names = _names(found)
@@ -103,16 +112,14 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
         short = _TOO_FEW
     elif found is not None and found.get("effects"):
         names = _names(found)
-        refused = not_used(found)
-        parts += ([refused] if refused else worse_lines(found)) or [
-            f"Taking {listed(names)} into account {_gain(found)}."
-        ]
+        parts += harm or [f"Taking {listed(names)} into account {_gain(found)}."]
         short = f"{listed(names)[:1].upper()}{listed(names)[1:]}"
     elif _word(found) == "unattributed":
-        parts.append("The model has an error that no known effect explains.")
+        parts += ["The model has an error that no known effect explains.", *harm]
         short = "Something that no known effect explains"
     elif found is not None and _word(found) == "adequate":
-        parts.append(f"The search for effects found none. {verdict_sentence(found)}")
+        said = f"The search for effects found none. {verdict_sentence(found)}"
+        parts += [said, *(line for line in harm if line not in said)]
         short = "Nothing in the model"
     else:
         parts.append((found or {}).get("missing", "No effect was searched for: bayestouch diagnose does that."))

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bayestouch.reporting.loop_bars import loop_bars, references_corrected
+from bayestouch.reporting.loop_bars import after_in_words, loop_bars, references_corrected
 
 
 def diagnosis(*effects: str, **changes: Any) -> dict[str, Any]:
@@ -38,6 +38,39 @@ def test_without_an_effect_there_is_no_after() -> None:
 def test_a_correction_without_a_cause_is_named() -> None:
     bars = loop_bars(diagnosis("creep", correction={"sd": 1.0}))
     assert bars is not None and bars["title"] == "before and after creep and a correction"
+
+
+@pytest.mark.parametrize(
+    "found", [diagnosis("creep"), diagnosis("creep", correction={"sd": 1.0}), diagnosis(correction={})]
+)
+def test_what_is_not_used_is_no_after(found: dict[str, Any]) -> None:
+    """The model after is then that before."""
+    found |= {"after": found["before"], "calibration_after": {"effects": [], "correction": False}}
+    bars = loop_bars(found)
+    assert bars is not None and bars["title"] == "nothing that was found is used"
+    assert [bar["name"] for bar in bars["groups"][0]["bars"]] == ["as calibrated", "noise alone"]
+    assert after_in_words(found) == (
+        "Before: the calibrated model alone. After: the same, because nothing that was found is used."
+    )
+
+
+def test_the_effects_that_are_used_are_named() -> None:
+    found = diagnosis("creep", "gain_drift", correction={"sd": 1.0})
+    found["calibration_after"] = {"effects": ["gain_drift"], "correction": False}
+    bars = loop_bars(found)
+    assert bars is not None and bars["title"] == "before and after gain drift"
+    assert after_in_words(found) == "Before: the calibrated model alone. After: with gain drift."
+    found["calibration_after"] = {"effects": ["creep", "gain_drift"], "correction": True}
+    stated = found | {"after_against_stated": found["after"] | {"R_rms_mm": 0.9}}
+    every = (
+        "Before: the calibrated model alone. After: with the effects that were found and a correction without a cause"
+    )
+    assert after_in_words(found) == f"{every}."
+    assert after_in_words(stated) == (
+        f"{every}, against references as these correct them; in the last column against references as the data set "
+        "states them."
+    )
+    assert after_in_words(diagnosis()).endswith("After: the same, because no effect was found.")
 
 
 def test_no_bars_without_a_diagnosis() -> None:

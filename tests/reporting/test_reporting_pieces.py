@@ -271,7 +271,11 @@ def test_models_are_told_apart_from_statistics() -> None:
     ]
     assert used_model({"kernel": "layer-line", "empirical_map": "yes"}) == "layer-line with map"
     # Names of statistics have no hyphens, those of kernels may have.
-    hyphens = {"log_score_half_space_line": -4.0, "log_score_half_space_line_with_map": -1.0, "log_score_map_alone": -2.0}
+    hyphens = {
+        "log_score_half_space_line": -4.0,
+        "log_score_half_space_line_with_map": -1.0,
+        "log_score_map_alone": -2.0,
+    }
     for with_map, other in (("yes", False), ("no", True)):
         rows = model_rows(hyphens, used_model({"kernel": "half-space-line", "empirical_map": with_map}))
         assert [(row["model"], row["map"], row["used"]) for row in rows] == [

@@ -85,6 +85,32 @@ def test_the_last_row_has_the_same_verdict() -> None:
     assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "Nothing in the model"
 
 
+@pytest.mark.parametrize("word", ["unattributed", "adequate", "explained"])
+def test_what_is_read_worse_is_on_the_first_screen(word: str) -> None:
+    """An error of R of 0.21 mm after 0.20 mm, with a standard error of their difference of 0.001 mm."""
+    found = diagnosis(word, *(("creep",) if word == "explained" else ())) | {
+        "change_against_stated_se": {"R_rms_mm": 1e-3}
+    }
+    found["before"]["R_rms_mm"], found["after"]["R_rms_mm"] = 0.20, 0.21
+    found["unexplained"] = {"where": "nowhere"}
+    worse = "Worse than before, against references as the data set states them: rms error of R 0.20 → 0.21 mm."
+    assert worse in _fix(numbers(found, lack_of_fit=1.0))["reason"]
+
+
+@pytest.mark.parametrize("word", ["unattributed", "adequate"])
+def test_a_correction_that_is_not_used_is_on_the_first_screen_once(word: str) -> None:
+    refused = {
+        "effects": [],
+        "correction": True,
+        "references_corrected": False,
+        "worse": {"R_rms_mm": {"before": 0.20, "after": 0.25, "touches": ""}},
+    }
+    found = diagnosis(word) | {"not_used": [refused], "unexplained": {"where": "nowhere"}}
+    found["calibration_after"] = {"effects": [], "correction": False}
+    reason = _fix(numbers(found, lack_of_fit=1.0))["reason"]
+    assert reason.count("Not used for reading: a correction by element and location.") == 1
+
+
 @pytest.mark.parametrize("effects", [(), ("creep",)])
 def test_no_touch_was_held_out(effects: tuple[str, ...]) -> None:
     """Nothing was tested: neither a cause nor "nothing" is to be fixed, and no error on held-out touches is stated."""
