@@ -146,7 +146,7 @@ def _fit(evidence: Evidence) -> Picture:
             ax.grid(axis="y")
         content = rendered(figure)
     what = "knife edges" if edges.sum() > 5 else "all calibration touches"
-    peak = float(np.nanmax(np.abs(read)))
+    peak = float(np.nanmax(np.abs(read - rest)))
     rms = float(np.sqrt(np.nanmean((read - fit) ** 2)))
     return Picture(
         "element_fit",

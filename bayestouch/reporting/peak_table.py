@@ -13,8 +13,11 @@ from bayestouch.results.objects import Calibration
 
 
 def element_peak(calibration: Calibration) -> FloatArray:
-    """Largest absolute mean reading of each element in the calibration touches, (m,); NaN without readings."""
-    observed = np.abs(calibration.rows.observed)
+    """Largest absolute mean reading of each element in the calibration touches, (m,); NaN without readings.
+
+    The fitted offset of a pad is no part of it: readings of a finger have none.
+    """
+    observed = np.abs(calibration.rows.observed - calibration.mode.get("offset", 0.0))
     peak = np.where(np.isnan(observed), -np.inf, observed).max(axis=0)
     return np.where(np.isfinite(peak) & (peak > 0), peak, np.nan)
 

@@ -193,11 +193,17 @@ def test_plugged_in_beside_propagated() -> None:
 def test_fit_and_noise_in_shares_of_the_peak() -> None:
     observed = np.array([[1.0, -8.0, NAN], [4.0, 2.0, NAN], [NAN, 6.0, NAN]])
     rows = SimpleNamespace(observed=observed, predicted=observed - [[0.3, 1.0, 0.0], [0.4, 2.0, 0.0], [9.0, 2.0, 0.0]])
-    made: Any = SimpleNamespace(rows=rows, noise=SimpleNamespace(tactile_sd=np.array([0.02, 0.0, 1.0])))
+    made: Any = SimpleNamespace(rows=rows, noise=SimpleNamespace(tactile_sd=np.array([0.02, 0.0, 1.0])), mode={})
     np.testing.assert_array_equal(peak_table.element_peak(made), [4.0, 8.0, NAN])
     error, noise = peak_table.error_and_noise(made)
     np.testing.assert_allclose(error, [100 * np.sqrt(0.125) / 4, 100 * np.sqrt(3) / 8, NAN])
     np.testing.assert_allclose(noise, [0.5, NAN, NAN])
+    # A pad whose readings are all 100 and −40 higher has the same shares.
+    offset = np.array([100.0, -40.0, 0.0])
+    made.rows = SimpleNamespace(observed=observed + offset, predicted=rows.predicted + offset)
+    made.mode = {"offset": offset}
+    np.testing.assert_array_equal(peak_table.element_peak(made), [4.0, 8.0, NAN])
+    np.testing.assert_allclose(peak_table.error_and_noise(made), [error, noise])
     near = np.array([[True, False, True], [False, True, True], [True, False, True]])
     np.testing.assert_allclose(peak_table.error_and_noise(made, near)[0], [7.5, 25.0, NAN])
     row = peak_table.peak_row("q", "u", single={"minimum": 1.0})
