@@ -1,4 +1,4 @@
-"""First screen of a report: what is said where there is no diagnosis."""
+"""First screen of a report: what is said where there is no diagnosis, and where there are no references."""
 
 from __future__ import annotations
 
@@ -34,3 +34,17 @@ def first_screen(diagnosis: dict[str, Any] | None = None, headline: tuple[dict[s
 )
 def test_there_is_a_page_without_before_and_after(diagnosis: dict[str, Any] | None, said: str) -> None:
     assert said in first_screen(diagnosis)
+
+
+RMS = "Rms errors of touches that were not calibrated with, and their 90 % intervals (bootstrap over places)."
+SD = "Without a reference: median posterior standard deviation, and the range of 90 % of the touches."
+
+
+@pytest.mark.parametrize(
+    ("kinds", "said"),
+    [(("rms error",), (RMS,)), (("posterior sd",), (SD,)), (("rms error", "posterior sd"), (RMS, SD))],
+)
+def test_the_caption_is_that_of_the_figures(kinds: tuple[str, ...], said: tuple[str, ...]) -> None:
+    row = {"quantity": "location", "unit": "mm", "value": 0.2, "low": 0.1, "high": 0.3, "touches": 9}
+    made = first_screen(headline=tuple({**row, "kind": kind} for kind in kinds))
+    assert [each in made for each in (RMS, SD)] == [each in said for each in (RMS, SD)]

@@ -83,11 +83,14 @@ def test_the_load_of_a_pad_is_in_the_unit_in_which_it_is_read(monkeypatch: pytes
     share = posteriors({"x": [[1.0], [2.0]], "P": [[1.0], [1.2]]}, rows=SimpleNamespace(load=np.array([NAN])))
     share.parameters[1].unit = ""
     made = evidence(posteriors=share)
+    # The first screen then has no load.
+    assert [(each.name, each.unit) for each in pad_numbers.headline_quantities(made)] == [("location", "mm")]
+    assert load_summary(made)["unit"] == ""
+    share.parameters[1].unit = "N"
     assert [(each.name, each.unit) for each in pad_numbers.headline_quantities(made)] == [
         ("location", "mm"),
-        ("load", ""),
+        ("load", "N"),
     ]
-    assert load_summary(made)["unit"] == ""
 
 
 def test_convergence() -> None:

@@ -36,8 +36,11 @@ def headline_quantities(evidence: Evidence) -> list[HeadlineError]:
     known = np.isfinite(distance)
     parts = [("location inside the array", known & inside), ("location outside the array", known & ~inside)]
     located = [HeadlineError(name, "mm", np.where(these, distance, np.nan), sd) for name, these in parts if these.any()]
-    load = HeadlineError("load", load_unit(posteriors), load_errors(evidence), unseen.sd("P"))
-    return [*(located or [HeadlineError("location", "mm", distance, sd)]), load]
+    quantities = located or [HeadlineError("location", "mm", distance, sd)]
+    # Where no load of the calibration was measured, loads are shares of one that is not known.
+    if unit := load_unit(posteriors):
+        quantities.append(HeadlineError("load", unit, load_errors(evidence), unseen.sd("P")))
+    return quantities
 
 
 def _estimates(evidence: Evidence) -> dict[str, Any]:
