@@ -20,7 +20,12 @@ def lacking(dataset: DataSet) -> Iterator[str]:
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if in_scan_order(known):
         yield SCAN
-    if not np.nansum(known.pure_error_dof) > 0:
+    if known.repeats_equal:
+        yield (
+            "the samples of each touch are all equal, so that they say nothing of the noise, and it cannot be "
+            "distinguished from model error; record more digits of each reading, and no copies of a row"
+        )
+    elif not np.nansum(known.pure_error_dof) > 0:
         yield "no touch is repeated: noise cannot be distinguished from model error; take 3 to 5 samples of each touch"
     if fitted.in_contact.all():
         elsewhere = "" if dataset.touches.in_contact.all() else "; touches has some: copy them into calibration"

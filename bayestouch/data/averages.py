@@ -34,9 +34,10 @@ class TouchMeans(Summarised):
         Where a rest reading of k reads was subtracted, n reads count as n k/(n + k), see `Touches.rest_reads`.
     pure_error_variance : array, shape (m,)
         Variance of ONE raw read, pooled over touches; divide by `counts` for the variance of a mean. NaN where
-        no element of a touch was read twice.
+        no touch has an element's reading twice, or where all that has are equal: a readout that does not resolve the
+        noise, or copied rows, say nothing of it.
     pure_error_dof : array, shape (m,)
-        Degrees of freedom of `pure_error_variance`.
+        Degrees of freedom of `pure_error_variance`; 0 where it is NaN.
     load, indenter_radius_mm, depth_mm, time_s : array, shape (t,)
         Means over the rows that state them (load in N/m or N); NaN where no row does.
     angle_deg, x_mm, y_mm : array, shape (t,), or None
@@ -47,6 +48,8 @@ class TouchMeans(Summarised):
     load_error_variance, load_error_dof : float
         Variance of ONE read of the load within touches, and its degrees of freedom; NaN and 0 where no load of a touch
         was read twice.
+    repeats_equal : bool
+        Whether there are readings that were made again, and none of them ever differs.
     """
 
     touch: IntArray
@@ -64,6 +67,7 @@ class TouchMeans(Summarised):
     load_reads: FloatArray | None = None
     load_error_variance: float = np.nan
     load_error_dof: float = 0.0
+    repeats_equal: bool = False
 
     @property
     def n_touches(self) -> int:
@@ -123,7 +127,8 @@ def average(touches: SampleRows) -> TouchMeans:
     sum of squares within it is Σ r (y − ȳ)² between its rows plus Σ (r − 1) s² inside them, where s is
     the row's `eNN_sd`, the standard deviation of the raw reads (with r − 1 in its denominator) and not of
     their mean. Degrees of freedom are one less than the number of rows, plus Σ (r − 1) over the rows that
-    give s. A row with s but without r counts as one read, and its s as one degree of freedom.
+    give s. A row with s but without r counts as one read, and its s as one degree of freedom. An element whose
+    scatter is exactly zero counts as read once.
 
     Raises
     ------
@@ -141,7 +146,7 @@ def average(touches: SampleRows) -> TouchMeans:
 
     m = touches.n_elements
     means, counts = np.full((n, m), np.nan), np.zeros((n, m))
-    variance, dof = np.full(m, np.nan), np.zeros(m)
+    variance, dof, equal = np.full(m, np.nan), np.zeros(m), np.zeros(m, dtype=bool)
     for k in range(m):
         some = ~np.isnan(values[:, k])
         means[:, k] = grouped_mean(values[:, k], group, n, reads)
@@ -152,9 +157,12 @@ def average(touches: SampleRows) -> TouchMeans:
         deviation = values[some, k] - means[group[some], k]
         inside = some & ~np.isnan(sd[:, k])
         squares = np.sum(reads[some] * deviation**2) + np.sum(inner[inside] * sd[inside, k] ** 2)
-        dof[k] = some.sum() - len(np.unique(group[some])) + inner[inside].sum()
-        if dof[k] > 0:
-            variance[k] = squares / dof[k]
+        freedom = some.sum() - len(np.unique(group[some])) + inner[inside].sum()
+        # The readings themselves are compared: a mean of equal ones differs from them by rounding.
+        differ = (values[some, k] != first_of(values[:, k], group, n)[group[some]]).any()
+        equal[k] = freedom > 0 and not differ and not (sd[inside, k] > 0).any()
+        if freedom > 0 and not equal[k]:
+            variance[k], dof[k] = squares / freedom, freedom
 
     def mean(column: FloatArray) -> FloatArray:
         return grouped_mean(column[rows], group, n, reads)
@@ -176,6 +184,7 @@ def average(touches: SampleRows) -> TouchMeans:
         load_reads=load_reads,
         load_error_variance=load_variance,
         load_error_dof=load_dof,
+        repeats_equal=bool(equal.any()) and not dof.any(),
     )
 
 

@@ -92,9 +92,7 @@ class KnownTouches:
         readings = means.readings[known]
         counts = np.where(np.isnan(readings), 0, means.counts[known])
         dead = ~responding(np.where(counts > 0, readings, np.nan))
-        dof = np.where(
-            np.isfinite(means.pure_error_variance) & (means.pure_error_variance > 0), means.pure_error_dof, 0
-        )
+        dof = means.pure_error_dof
         scatter = np.where(dof > 0, np.nan_to_num(means.pure_error_variance) * dof, 0.0)
         load_dof = means.load_error_dof
         return (

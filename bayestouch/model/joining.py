@@ -62,7 +62,7 @@ def fit_with(
     Raises
     ------
     InputError
-        A noise effect cannot be observed, because no touch was read twice.
+        A noise effect cannot be observed, because no touch was read twice, or never with another reading.
     """
     model = fitted.model.with_effects((*fitted.model.effects, effect))
     vector = model.extended(fitted.vector, start())
@@ -95,7 +95,7 @@ def _(
 ) -> Joined:
     scored = score_noise(fitted, (effect,))
     if not scored:
-        raise InputError(f"{effect.name} can be observed only in repeats, and no touch was read twice")
+        raise InputError(f"{effect.name} can be observed only in repeats that differ, and there are none")
     found = settled_noise(fitted, scored[0])
     return Joined(with_noise(fitted, found), found.values, found)
 

@@ -80,19 +80,21 @@ class TouchScatter(Scatter):
 
     @classmethod
     def of(cls, fitted: Fitted) -> TouchScatter | None:
-        """Scatter of the touches of a fitted model; None if no touch has repeated samples."""
+        """Scatter of the touches of a fitted model; None if no touch has repeated samples, or all of them are equal."""
         model = fitted.model
         observed, predicted = model.known, model.predict(fitted.vector)
         count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
         repeated = count > 1
-        if not repeated.any():
+        # Samples of an element that are all equal say nothing of its noise.
+        told = observed.means.pure_error_dof > 0
+        if not repeated.any() or not told.any():
             return None
         rows = np.flatnonzero(repeated)
         share = 1 - 1 / count[rows]
         # Whitened by the noise that the model already has: the search is for further effects.
         deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
         white = fitted.whitening.samples(deviation)[rows] / np.sqrt(share)[:, None]
-        z = np.where(np.isnan(deviation[rows]), np.nan, white)
+        z = np.where(np.isnan(deviation[rows]) | ~told, np.nan, white)
         # Scaled to variance one for each element: the search is for the shape of the distribution, not its size.
         present = ~np.isnan(z)
         total = np.maximum((present * share[:, None]).sum(axis=0), 1e-300)
@@ -113,7 +115,7 @@ class TouchScatter(Scatter):
 def score_noise(fitted: Fitted, effects: tuple[NoiseEffect, ...]) -> tuple[NoiseCandidate, ...]:
     """Fit of each of these noise effects, in decreasing order of the sum of `NoiseCandidate.difference`.
 
-    Empty if no touch has repeated samples.
+    Empty if no touch has repeated samples, or all of them are equal.
     """
     scatter = TouchScatter.of(fitted)
     if scatter is None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
+from bayestouch.data.averages import average
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.splits import with_calibration
@@ -303,11 +304,11 @@ def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
         out.append(f"{names}: no readings, or the same one in every row; left out")
     seen = table.touch[rows & table.in_contact]
     once = len(np.unique(seen)) == len(seen)
+    noise = "the noise is that of readings far from the touch, and effects of the noise"
     if once and (table.reads is None or not (np.nan_to_num(table.reads) > 1).any()):
-        out.append(
-            "no touch was read twice: the noise is that of readings far from the touch, and effects of the noise, and "
-            "those that change while a touch is held, cannot be seen"
-        )
+        out.append(f"no touch was read twice: {noise}, and those that change while a touch is held, cannot be seen")
+    elif not once and average(table.select(rows)).repeats_equal:
+        out.append(f"the samples of each touch are all equal: {noise} cannot be seen")
     return tuple(out)
 
 

@@ -159,8 +159,10 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
                 f"{parameter.description} ends at the bound of its prior, {value:.4g} {parameter.unit}".rstrip()
             )
     if not np.isfinite(problem.known.pure_error_variance).any():
+        equal = problem.known.repeats_equal
+        why = "the samples of each touch are all equal" if equal else "no touch was read twice"
         notes.append(
-            "no touch was read twice: noise and model error cannot be distinguished, and all of it counts as model "
+            f"{why}: noise and model error cannot be distinguished, and all of it counts as model "
             "error, which averaging does not reduce"
         )
     return notes

@@ -106,7 +106,7 @@ def _elements(evidence: Evidence) -> Picture:
         "Where each element was found to lie (posterior mean and 90 % interval), less where it was designed to"
         + shift
         + "; and how well its readings are fitted. The error is of means over a touch's samples, the noise of single "
-        "readings." + (" There is no bar for noise, because the data have no repeats." if not both else ""),
+        "readings." + (" There is no bar for noise, because the data have no repeats that differ." if not both else ""),
         f"Calibration of {m} elements: {'; '.join(shown)}; error from {number(float(np.nanmin(error)), 2)} to "
         f"{number(float(np.nanmax(error)), 2)} % of the peak.",
         content,

@@ -107,6 +107,16 @@ def test_the_rest_reading_is_that_of_the_calibration(whole: Touches) -> None:
     assert not any("without contact" in line for line in both["advice"])
 
 
+def test_samples_that_are_all_equal_are_no_repeats(whole: Touches) -> None:
+    said = "the samples of each touch are all equal"
+    first = whole.select(whole.sample == whole.sample.min())
+    copies = first.select(np.repeat(np.arange(first.n_rows), 2))
+    for table, noted in ((whole, False), (first, False), (copies, True)):
+        facts = bayestouch.check(replace(dataset(whole), calibration=table, touches=table)).facts
+        assert any(line.startswith(said) for line in facts["advice"]) == noted
+        assert all(row["noise"] is None for row in facts["elements"]) == (table is not whole)
+
+
 def test_rows_of_one_touch_at_two_places_are_remarked() -> None:
     """As where numbers of touches begin again; a turn of 360 degrees is the same place."""
     table = touches_from(

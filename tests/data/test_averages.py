@@ -14,7 +14,7 @@ from bayestouch.pad.known_touches import pad_readings
 from bayestouch.simulation import PadDesign, simulate
 
 # What is said of all touches together, and is no column.
-OF_ALL = {"pure_error_variance", "pure_error_dof", "load_error_variance", "load_error_dof"}
+OF_ALL = {"pure_error_variance", "pure_error_dof", "load_error_variance", "load_error_dof", "repeats_equal"}
 
 
 @pytest.fixture(scope="module")
@@ -81,3 +81,23 @@ def test_one_load_in_all_rows_is_one_reading_of_the_force_sensor() -> None:
     said = "touches with the same load in all rows: these loads count as one reading of the force sensor"
     assert not [each for each in remarks(Tally.of(table)) if said in each]
     assert f"2 of 2 {said}" in list(remarks(Tally.of(table.select(touch % 3 == 0))))
+
+
+def test_repeats_that_are_all_equal_say_nothing_of_the_noise() -> None:
+    """Three samples of 0.1 have a mean that differs from them by rounding; one other sample is enough for a scatter."""
+    touch, one = np.repeat([0, 1], 3), np.array([0.1, 0.1, 0.1, 0.7, 0.7, 0.7])
+    other = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 5.0])
+    means = touches_from(touch, np.stack([one, other], axis=1), contact=1.0).averaged()
+    # Element 2: 0 + (1 + 1 + 4) on 4 degrees of freedom.
+    np.testing.assert_allclose(means.pure_error_variance, [np.nan, 1.5])
+    np.testing.assert_array_equal(means.pure_error_dof, [0.0, 4.0])
+    assert not means.repeats_equal
+    for readings, noted in ((one[:, None], True), (one[::3, None], False), (other[:, None], False)):
+        some = touches_from(touch if len(readings) == 6 else [0, 1], readings, contact=1.0).averaged()
+        assert some.repeats_equal == noted
+    # The sd of the reads that a row is an average of tells the noise, unless it is zero.
+    for sd, freedom in ((0.0, 0.0), (0.2, 4 + 6 * 3.0)):
+        rows = touches_from(touch, one[:, None], contact=1.0).with_(
+            reads=np.full(6, 4.0), readings_sd=np.full((6, 1), sd)
+        )
+        assert rows.averaged().pure_error_dof == [freedom] and rows.averaged().repeats_equal == (sd == 0)

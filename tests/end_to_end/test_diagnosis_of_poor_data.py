@@ -43,6 +43,12 @@ def once(table: Touches) -> Touches:
     return table.select(table.sample == 0)
 
 
+def copied(table: Touches) -> Touches:
+    """Every sample of a touch is a copy of its first one."""
+    first = {touch: values for touch, values in zip(table.touch[::-1], table.readings[::-1], strict=True)}
+    return table.with_(readings=np.array([first[touch] for touch in table.touch]))
+
+
 def timeless(table: Touches) -> Touches:
     return table.with_(time_s=np.full(table.n_rows, np.nan))
 
@@ -64,6 +70,7 @@ def few(count: int) -> Change:
     [
         (dead, "e05: no readings"),
         (once, "no touch was read twice"),
+        (copied, "the samples of each touch are all equal"),
         (timeless, "times are missing"),
         (backwards, "times do not increase"),
         (few(12), "too few touches to hold any out"),
@@ -97,6 +104,19 @@ def test_dead_element_no_repeats_no_times() -> None:
     assert numbers["after"]["prediction_error_percent_peak"] < numbers["before"]["prediction_error_percent_peak"]
     stages = {each["name"] for each in numbers["candidates"]}
     assert "outliers" not in stages and "creep" not in stages
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("error")
+def test_copies_of_samples_are_no_noise() -> None:
+    """Copies say nothing of the noise: no effect of it is invented, and no error is compared with it."""
+    diagnosis = bayestouch.diagnose(changed(copied), sample=False, draws=64)
+    numbers = diagnosis.to_dict()
+    assert diagnosis.effects == ("crosstalk",)
+    assert numbers["noise_from_repeats"] is False and numbers["noise_floor_percent_peak"] is None
+    assert {"outliers", "common_mode_noise", "signal_dependent_noise"}.isdisjoint(
+        each["name"] for each in numbers["candidates"]
+    )
 
 
 @pytest.mark.slow

@@ -26,11 +26,13 @@ class Wider(NoiseEffect):
         return np.asarray(stats.norm.logpdf(scatter.z, 0, values[0]))
 
 
-def fitted(deviation: list[list[float]], touch: list[int], samples: Any = None) -> Any:
+def fitted(deviation: list[list[float]], touch: list[int], samples: Any = None, freedom: Any = None) -> Any:
     """Touches with these deviations; noise 2, peaks 10 and 30, predictions 5 and 6."""
     row = np.array(touch)
     n_touches = int(row.max()) + 1
-    known = SimpleNamespace(row_touch=row, n_touches=n_touches, deviation=np.array(deviation))
+    freedom = np.ones(2) if freedom is None else np.array(freedom)
+    means = SimpleNamespace(pure_error_dof=freedom)
+    known = SimpleNamespace(row_touch=row, n_touches=n_touches, deviation=np.array(deviation), means=means)
     predicted = Predicted(np.array([[5.0, 6.0]] * n_touches), samples)
     model = SimpleNamespace(known=known, predict=lambda vector: predicted, peak=np.array([10.0, 30.0]))
     whitening = SimpleNamespace(samples=lambda rows: np.nan_to_num(rows) / 2)
@@ -56,6 +58,12 @@ def test_scatter_of_touches() -> None:
     np.testing.assert_allclose(found.z[2:, 0], np.array([1, -1, 0]) / np.sqrt(2 / 3) / size[0])
     assert np.isnan(found.z[2:, 1]).all()
     assert TouchScatter.of(fitted([[1.0, 1.0], [2.0, 2.0]], [0, 1])) is None
+    # An element whose samples are all equal is left out, and there is no scatter if all are.
+    known = TouchScatter.of(fitted(deviation, [0, 0, 1, 2, 2, 2], freedom=[3.0, 0.0]))
+    assert known is not None and np.isnan(known.z[:, 1]).all()
+    np.testing.assert_allclose(known.z[:, 0], found.z[:, 0])
+    equal = fitted([[1e-17, 0.0], [0.0, 0.0]], [0, 0], freedom=[0.0, 0.0])
+    assert TouchScatter.of(equal) is None and score_noise(equal, (Wider(),)) == ()
     moved = fitted(deviation, [0, 0, 1, 2, 2, 2], samples=np.array(deviation) - [[2.0, 2.0]])
     again = TouchScatter.of(moved)
     assert again is not None

@@ -60,8 +60,19 @@ def test_remarks() -> None:
     assert once.startswith("no touch was read twice")
     assert remarks_on(table(reads=np.array([1.0, NAN, 1.0, 2.0])), rows) == (dead,)
     assert len(remarks_on(table(reads=np.array([1.0, NAN, 1.0, 1.0])), rows)) == 2
-    assert remarks_on(table(in_contact=np.ones(4, dtype=bool)), rows) == (dead,)
+    several = touches_from([3, 3, 1, 2], np.array([[0.0, NAN], [1.0, NAN], [2.0, NAN], [3.0, NAN]]), contact=1.0)
+    assert remarks_on(several, rows) == (dead,)
     assert len(remarks_on(table(in_contact=np.ones(4, dtype=bool)), np.array([False, True, True, True]))) == 2
+
+
+def test_a_remark_names_samples_that_are_all_equal() -> None:
+    noted = (
+        "the samples of each touch are all equal: the noise is that of readings far from the touch, and effects of the "
+        "noise cannot be seen"
+    )
+    for last, said in ((1.0, (noted,)), (1.5, ())):
+        made = touches_from([0, 0, 1, 1], np.array([[1.0], [last], [2.0], [2.0]]), contact=1.0)
+        assert remarks_on(made, np.ones(4, dtype=bool)) == said
 
 
 def test_a_search_may_use_a_part_of_the_touches_that_calibrations_use() -> None:

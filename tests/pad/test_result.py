@@ -56,3 +56,17 @@ def test_lack_of_fit_is_one_of_a_right_model_whose_loads_were_not_measured() -> 
 
 def test_lack_of_fit_is_not_known_without_repeats() -> None:
     assert np.isnan(lack_of_fit([0.0, np.nan]))
+
+
+def test_a_note_names_samples_that_are_all_equal() -> None:
+    """Copies of one sample are no repeats: the noise of one reading is not known, and no error is compared with it."""
+    dataset = bayestouch.simulate(bayestouch.PadDesign(n_touches=1, samples_per_touch=1), seed=1).dataset
+    assert dataset.calibration is not None
+    rows = np.repeat(np.arange(dataset.calibration.n_rows), 2)
+    for copies, said in ((rows, "the samples of each touch are all equal: "), (rows[::2], "no touch was read twice: ")):
+        table = replace(dataset, calibration=dataset.calibration.select(copies))
+        calibration = bayestouch.calibrate(table, kernel="gaussian", e_map="model", draws=8)
+        assert any(
+            note.startswith(f"{said}noise and model error cannot be distinguished") for note in calibration.notes
+        )
+        assert np.isnan(calibration.statistics["lack_of_fit"]) and not calibration.noise.tactile_sd.any()
