@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -20,6 +21,7 @@ from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.touch_errors import TouchErrors
 from bayestouch.results.objects import Calibration
+from bayestouch.results.targets import kept_draws
 
 Numbers = dict[str, Any]
 
@@ -49,7 +51,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
         "verdict": said,
         "causes": [asdict(each) for each in with_imitations(causes(traced.rounds), _named(traced, said))],
         "effects": effects,
-        "draws": {key: traced.explained.calibration.statistics.get(key) for key in ("ess_bulk", "rhat")},
+        "draws": _draws(traced.explained.calibration),
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {
             "fraction": remaining.fraction,
@@ -93,6 +95,13 @@ def _errors(evaluated: EvaluatedModel, *, stated: bool = False) -> Numbers:
         **means,
         **of_touches,
     }
+
+
+def _draws(calibration: Calibration) -> Numbers:
+    """Grades of the draws of the effects' values, and their number, on which the targets depend."""
+    kept = kept_draws(calibration.posterior)
+    grades = {key: calibration.statistics.get(key) for key in ("ess_bulk", "rhat")}
+    return {**grades, "kept": None if kept is None else math.prod(kept)}
 
 
 def _not_used(refused: Refused) -> Numbers:

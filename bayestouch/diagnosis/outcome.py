@@ -59,7 +59,8 @@ def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[s
             line += f" These data cannot distinguish it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
     if numbers["effects"]:
-        out += targets_missed(numbers.get("draws", {}))
+        drawn = numbers.get("draws", {})
+        out += targets_missed(drawn, drawn.get("kept"))
     left = numbers["unexplained"]
     causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)] if with_causes else []
     if causes:

@@ -117,7 +117,7 @@ def calibration_with_effects(
         },
         statistics={**fit_statistics(fitted, rows, spread), **grades},
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
-        notes=(*notes, *targets_missed(grades)),
+        notes=(*notes, *targets_missed(grades, draws)),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_with_effects(fit, vectors, groups, seed, in_vectors),

@@ -125,7 +125,7 @@ def report(
     seed : int
         Seed of every random number. The same data, version and seed give the same report.
     draws : int
-        Draws of a touch.
+        Draws of a touch. More than the default are also more draws of the calibration, in the same ratio.
     plug_in : bool
         Assume that the calibration is exact.
     diagnosis : bool or path

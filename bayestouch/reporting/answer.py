@@ -106,8 +106,8 @@ def _model(numbers: dict[str, Any]) -> list[str]:
             "that is right)."
         )
     sentences += _linearity(numbers["calibration"]["linearity"])
-    sampled = numbers["trust"]["calibration_convergence"]
-    sentences += targets_missed(sampled or {})
+    sampled = numbers["trust"]["calibration_convergence"] or {}
+    sentences += targets_missed(sampled, sampled.get("draws"))
     grades = numbers["trust"]["convergence"]
     if grades["beyond"]:
         sentences.append(

@@ -25,6 +25,8 @@ from bayestouch.results.objects import TouchPosteriors
 
 # Fractions of the total time, for the progress bar.
 _CALIBRATED, _READ, GATHERED = 0.25, 0.5, 0.9
+# Draws of a calibration and of a touch that `bayestouch.calibrate` and `bayestouch.report` make by default.
+_DRAWS, _DRAWS_OF_TOUCH = 1000, 1024
 
 
 def gather(
@@ -85,6 +87,11 @@ def gather(
     return replace(evidence, diagnosed=made)
 
 
+def calibration_draws(draws: int) -> int:
+    """Draws of the calibration of a report with so many draws of a touch: its own default, or as many more."""
+    return max(_DRAWS, round(_DRAWS * draws / _DRAWS_OF_TOUCH))
+
+
 def _read(
     dataset: DataSet,
     embedded: bool,
@@ -100,7 +107,13 @@ def _read(
 
     body = body_of(dataset.sensor)
     groups = CALIBRATION_GROUPS if "groups" in body.options else ()
-    calibration = calibrate(dataset, groups=groups, seed=seed, progress=staged(progress, 0.0, _CALIBRATED, "calibrate"))
+    calibration = calibrate(
+        dataset,
+        groups=groups,
+        draws=calibration_draws(draws),
+        seed=seed,
+        progress=staged(progress, 0.0, _CALIBRATED, "calibrate"),
+    )
     both_ways = bool(PAGES[dataset.sensor.body.kind].plug_in_compared)
     part = (_READ - _CALIBRATED) / (4 if both_ways else 2)
 

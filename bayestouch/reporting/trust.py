@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -13,7 +14,9 @@ from bayestouch.data.arrays import turned
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.data import BEYOND
 from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.targets import kept_draws, targets_met
 from bayestouch.sampling import Demands
+from bayestouch.sampling.attempts import demands_of
 
 LEVELS = (50, 80, 90, 95)
 # Grades of a touch: +1 if large values are good, -1 if small ones are, and a label.
@@ -73,10 +76,13 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
 def calibration_convergence(calibration: Calibration) -> dict[str, Any] | None:
     """Grades of the calibration's draws (worst parameter), and whether they meet the targets; None if not sampled."""
     found = {name: calibration.statistics.get(name) for name in ("ess_bulk", "rhat", "acceptance")}
-    ess, rhat = found["ess_bulk"], found["rhat"]
-    if ess is None or rhat is None:
+    if found["ess_bulk"] is None or found["rhat"] is None:
         return None
-    return {**found, "met": Demands().met(ess, rhat)}
+    kept = kept_draws(calibration.posterior)
+    draws = None if kept is None else math.prod(kept)
+    demands = demands_of(draws)
+    targets = {"draws": draws, "least_ess": demands.ess_bulk, "largest_rhat": demands.rhat}
+    return {**found, **targets, "met": targets_met(calibration.statistics, kept)}
 
 
 def _second_rounds(posteriors: TouchPosteriors) -> int | None:

@@ -14,7 +14,7 @@ from bayestouch.priors.parameters import Parameter
 from bayestouch.results.data import CalibrationData, PosteriorsData
 from bayestouch.results.draws_on_file import DrawsOnFile
 from bayestouch.results.keys import effect_names
-from bayestouch.sampling import Demands
+from bayestouch.results.targets import kept_draws, targets_met
 
 
 def calibration_lines(calibration: CalibrationData) -> list[str]:
@@ -48,10 +48,8 @@ def _parameter(calibration: CalibrationData, parameter: Parameter) -> str:
 
 
 def _draws(posterior: Mapping[str, FloatArray]) -> str:
-    shapes = posterior.shapes if isinstance(posterior, DrawsOnFile) else {k: v.shape for k, v in posterior.items()}
-    for chains, draws, *_ in shapes.values():
-        return f"{plural(chains, 'chain')} of {plural(draws, 'draw')}"
-    return "summaries only"
+    kept = kept_draws(posterior)
+    return "summaries only" if kept is None else f"{plural(kept[0], 'chain')} of {plural(kept[1], 'draw')}"
 
 
 def _effects(calibration: CalibrationData) -> list[str]:
@@ -62,7 +60,7 @@ def _sampler(calibration: CalibrationData) -> list[str]:
     numbers, settings = calibration.statistics, calibration.settings
     if "ess_bulk" in numbers:
         size, rhat = numbers["ess_bulk"], numbers["rhat"]
-        grade = "met" if Demands().met(size, rhat) else "missed"
+        grade = "met" if targets_met(numbers, kept_draws(calibration.posterior)) else "missed"
         return [f"sampler's targets {grade}: smallest effective sample size {size:.0f}, largest R-hat {fixed(rhat, 3)}"]
     return [f"posterior: {settings[key]}" for key in ("sampler", "posterior") if key in settings]
 

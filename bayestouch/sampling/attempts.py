@@ -21,14 +21,20 @@ from bayestouch.sampling.run import Run
 CHAINS = 4
 
 
-def long_enough(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
-    """Return whether chains are long enough for `draws` draws in all.
+def demands_of(draws: int | None) -> Demands:
+    """Return the targets of the chains of a calibration with `draws` draws in all; None if that is not known.
 
-    R-hat of so few draws scatters, and must not ask for more for that.
+    Few draws have lower ones: their effective sample size is at most their number, and their R-hat scatters.
     """
-    demands = Demands()
-    enough = bool(ess.min() >= min(demands.ess_bulk, 0.4 * draws))
-    return enough and bool(rhat.max() <= max(demands.rhat, 1 + 8 * CHAINS / draws))
+    usual = Demands()
+    if draws is None:
+        return usual
+    return replace(usual, ess_bulk=min(usual.ess_bulk, 0.4 * draws), rhat=max(usual.rhat, 1 + 8 * CHAINS / draws))
+
+
+def long_enough(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
+    """Return whether chains are long enough for `draws` draws in all."""
+    return demands_of(draws).met(float(ess.min()), float(rhat.max()))
 
 
 def draw_until_good(

@@ -272,6 +272,8 @@ def test_draws_that_missed_the_targets_are_said_beside_the_values_they_gave() ->
     )
     fine = sentences(numbers(effects=[effect], draws={"ess_bulk": 500.0, "rhat": 1.01}))
     assert fine == [*told[:2], *told[3:]] == sentences(numbers(effects=[effect]))
+    few = sentences(numbers(effects=[effect], draws={"ess_bulk": 45.0, "rhat": 1.13, "kept": 100}))
+    assert few == fine, "100 draws cannot have 400 of effect"
     assert sentences(numbers(draws=rough)) == sentences(numbers()), "no value is stated that they gave"
 
 

@@ -125,9 +125,15 @@ def test_convergence() -> None:
 
 @pytest.mark.parametrize(("ess", "rhat", "met"), [(400, 1.02, True), (399, 1.02, False), (400, 1.021, False)])
 def test_convergence_of_a_calibration(ess: float, rhat: float, met: bool) -> None:
-    made: Any = SimpleNamespace(statistics={"ess_bulk": ess, "rhat": rhat})
+    """Of 4 · 400 draws, whose targets are those of many; 4 · 25 draws need 40 % of their number, and 1 + 32/100."""
+    made: Any = SimpleNamespace(statistics={"ess_bulk": ess, "rhat": rhat}, posterior={"sigma": np.zeros((4, 400))})
     found = trust.calibration_convergence(made)
-    assert found == {"ess_bulk": ess, "rhat": rhat, "acceptance": None, "met": met}
+    grades = {"ess_bulk": ess, "rhat": rhat, "acceptance": None, "met": met}
+    assert found == {**grades, "draws": 1600, "least_ess": 400.0, "largest_rhat": 1.02}
+    made.posterior = {"sigma": np.zeros((4, 25))}
+    few = trust.calibration_convergence(made)
+    assert few is not None and few["met"]
+    assert (few["draws"], few["least_ess"], few["largest_rhat"]) == (100, 40.0, pytest.approx(1.32))
     assert trust.calibration_convergence(SimpleNamespace(statistics={"ess_bulk": 1.0})) is None  # type: ignore[arg-type]
 
 
