@@ -54,7 +54,7 @@ class PadSpots(Summarised):
         ]
 
 
-def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = None, reads: int = 1) -> PadSpots:
+def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = None, reads: float = 1) -> PadSpots:
     """Maps of the expected location errors of a calibrated pad.
 
     The errors are those about the place of the touch. If another place gives nearly the same readings, such as the
@@ -68,8 +68,8 @@ def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = No
         Places, mm.
     load : float, optional
         Load in the unit of the calibration; by default the mean of the calibration.
-    reads : int
-        Number of raw readings averaged in each touch.
+    reads : float
+        Number of raw readings averaged in each touch; inf for what remains however many are averaged.
 
     Raises
     ------
@@ -138,7 +138,7 @@ class _Weights:
     of_none: FloatArray
 
 
-def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: int) -> _Weights:
+def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: float) -> _Weights:
     if load is not None and not 0 < load < np.inf:
         raise InputError(f"load: expected above zero, got {load:g}")
     if not reads >= 1:

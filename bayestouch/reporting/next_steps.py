@@ -48,8 +48,8 @@ def _limit(places: dict[str, Any], quantity: str) -> list[dict[str, str]]:
         return [
             {
                 "what": "Make more calibration touches, densest where readings are to be trusted",
-                "why": f"{percent(shared)} % of the {quantity}'s variance is shared by all touches at a place: the "
-                "uncertainty of the calibration and the error of the model. Averaging more samples cannot lower it.",
+                "why": f"{percent(shared)} % of the {quantity}'s variance stays however many samples of a touch are "
+                "averaged: the uncertainty of the calibration and the error of the model.",
             }
         ]
     if shared < 100 - _MOST:
@@ -65,8 +65,8 @@ def _limit(places: dict[str, Any], quantity: str) -> list[dict[str, str]]:
     return [
         {
             "what": f"Average more samples of each touch (now {taken}) and make more calibration touches, both",
-            "why": f"Noise ({percent(100 - shared)} % of the {quantity}'s variance) and what all touches at a place "
-            f"share ({percent(shared)} %) weigh the same.",
+            "why": f"Noise ({percent(100 - shared)} % of the {quantity}'s variance) and what stays however many "
+            f"samples are averaged ({percent(shared)} %) weigh the same.",
         }
     ]
 

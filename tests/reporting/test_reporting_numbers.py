@@ -293,7 +293,7 @@ def test_distance_between_elements_of_a_pad() -> None:
 @pytest.mark.parametrize(
     ("shared", "begin", "words"),
     [
-        (65.1, "Make more calibration touches", "65 % of the radius's variance is shared"),
+        (65.1, "Make more calibration touches", "65 % of the radius's variance stays however many"),
         (
             65.0,
             "Average more samples of each touch (now 4 samples a touch) and make more",
@@ -302,7 +302,7 @@ def test_distance_between_elements_of_a_pad() -> None:
         (
             35.0,
             "Average more samples of each touch (now 4 samples a touch) and make more",
-            "share (35 %) weigh the same",
+            "are averaged (35 %) weigh the same",
         ),
         # Noise 80 %, a quarter of it is left of four times as many: sqrt(0.2 + 0.2) = 63 %.
         (20.0, "Average more samples of each touch (now 4 samples a touch)", "to some 63 % of what it is"),

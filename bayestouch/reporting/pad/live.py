@@ -40,7 +40,8 @@ def _plane(places: Mapping[str, Any], source: Any) -> Any:
         HoverTool(
             renderers=[cells],
             tooltips=[("place", "@x_mm{0.0}, @y_mm{0.0} mm"), ("error to expect", "@error_mm{0.000} mm"),
-                      ("part of noise", "@noise_mm{0.000} mm"), ("part shared there", "@shared_mm{0.000} mm")],
+                      ("part that averaging lowers", "@noise_mm{0.000} mm"),
+                      ("part that stays", "@shared_mm{0.000} mm")],
         )
     )  # fmt: skip
     colour_bar(plot, colour, "rms error (mm)")
@@ -59,8 +60,8 @@ def _line(places: Mapping[str, Any]) -> Any:
         "location x (mm)", "rms error to expect (mm)", [("x", "@x_mm{0.0} mm"), ("error", "@error_mm{0.000} mm")]
     )
     for name, colour, dash, label in (
-        ("error_mm", BLUE, "solid", "error"), ("noise_mm", ORANGE, "dashed", "part of noise"),
-        ("shared_mm", GREY, "dotted", "part shared there"),
+        ("error_mm", BLUE, "solid", "error"), ("noise_mm", ORANGE, "dashed", "part that averaging lowers"),
+        ("shared_mm", GREY, "dotted", "part that stays"),
     ):  # fmt: skip
         plot.line("x_mm", name, source=columns, color=colour, line_dash=dash, line_width=2, legend_label=label)
     plot.legend.orientation = "horizontal"

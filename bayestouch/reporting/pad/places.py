@@ -15,7 +15,7 @@ _ALONG, _ACROSS = 121, 41
 
 
 def about_places(evidence: Evidence) -> dict[str, Any]:
-    """Expected location errors over the pad, with the parts from noise and from the calibration."""
+    """Expected location errors over the pad, with the part that averaging lowers and the part that stays."""
     from bayestouch.pad.reading.reader import PadReader
     from bayestouch.reliability import pad_spots
 
@@ -24,7 +24,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     low, high = np.asarray(reader.map.low), np.asarray(reader.map.high)
     axes = [np.linspace(a, b, _ALONG if len(low) == 1 else _ACROSS) for a, b in zip(low, high, strict=True)]
     where = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
-    spots = pad_spots(reader, where, reads=samples)
+    spots, lasting = (pad_spots(reader, where, reads=reads) for reads in (samples, np.inf))
     places = element_places(evidence)
     inside = ((where >= places.min(axis=0)) & (where <= places.max(axis=0))).all(axis=1)
     within = "the array of elements" if inside.any() else "the calibrated region"
@@ -32,10 +32,11 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     columns = {name: where[:, i] for i, name in enumerate(("x_mm", "y_mm")[: where.shape[1]])}
     columns |= {
         "error_mm": spots.sd,
-        "noise_mm": np.sqrt((spots.noise_sd**2).sum(axis=1)),
-        "shared_mm": np.sqrt((spots.bias_rms**2).sum(axis=1)),
+        # Their difference is rounding where there is no noise that averaging lowers.
+        "noise_mm": np.sqrt(np.maximum(spots.sd**2 - lasting.sd**2, 0.0)),
+        "shared_mm": lasting.sd,
     }
-    noise, shared = (float(np.mean(columns[name][inside] ** 2)) for name in ("noise_mm", "shared_mm"))
+    variance = float(np.mean(spots.sd[inside] ** 2))
     rows = np.flatnonzero(inside)
     return {
         "body": "pad",
@@ -46,6 +47,6 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "within": within,
         "best": place_at(columns, int(rows[spots.sd[rows].argmin()])),
         "worst": place_at(columns, int(rows[spots.sd[rows].argmax()])),
-        "inside_rms_mm": float(np.sqrt(np.mean(spots.sd[inside] ** 2))),
-        "shared_percent": 100 * shared / (noise + shared),
+        "inside_rms_mm": float(np.sqrt(variance)),
+        "shared_percent": 100 * float(np.mean(lasting.sd[inside] ** 2)) / variance,
     }

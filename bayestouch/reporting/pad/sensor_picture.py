@@ -26,8 +26,8 @@ def sensor_picture(evidence: Evidence, numbers: dict[str, Any]) -> Picture:
             ax = axes[0, 0]
             for name, style, label in (
                 ("error_mm", "-", "error"),
-                ("noise_mm", "--", "part of noise"),
-                ("shared_mm", ":", "part shared by all touches there"),
+                ("noise_mm", "--", "part that averaging lowers"),
+                ("shared_mm", ":", "part that stays"),
             ):
                 ax.plot(columns["x_mm"], columns[name], style, label=label)
             ax.plot(elements[:, 0], np.zeros(len(elements)), "^", color=GREY, ms=6, clip_on=False, label="element")
@@ -39,7 +39,8 @@ def sensor_picture(evidence: Evidence, numbers: dict[str, Any]) -> Picture:
         "places",
         "Where the pad reads well",
         PREDICTED
-        + "Standard deviation of the location with noise and what the calibration leaves open; elements as triangles.",
+        + "Standard deviation of the location with noise, model error and what the calibration leaves open; elements "
+        "as triangles.",
         f"The pad with the error of the location to expect: within {places['within']} from "
         f"{number(best['error_mm'], 2)} mm at x = {fixed(best['x_mm'], 1)} mm to "
         f"{number(worst['error_mm'], 2)} mm at x = {fixed(worst['x_mm'], 1)} mm.",

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
+from report_cases import PLANE, small
 
+import bayestouch
 from bayestouch.pad.reading.reader import PadReader
+from bayestouch.reliability import pad_spots
 from bayestouch.reporting.pad import places
 
 
@@ -19,10 +23,9 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
     """
     reader = SimpleNamespace(map=SimpleNamespace(low=[0.0], high=[120.0]))
 
-    def spots(_reader: Any, where: np.ndarray, *, reads: int) -> SimpleNamespace:
-        assert reads == 4
-        error = where / 10
-        return SimpleNamespace(sd=error[:, 0], noise_sd=0.6 * error, bias_rms=0.8 * error)
+    def spots(_reader: Any, where: np.ndarray, *, reads: float) -> SimpleNamespace:
+        assert reads in (4, np.inf)
+        return SimpleNamespace(sd=where[:, 0] / 10 * (1.0 if reads == 4 else 0.8))
 
     monkeypatch.setattr(PadReader, "from_calibration", lambda _calibration: reader)
     monkeypatch.setattr("bayestouch.reliability.pad_spots", spots)
@@ -32,10 +35,39 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
     assert (found["best"]["x_mm"], found["worst"]["x_mm"]) == pytest.approx((30.0, 90.0))
     assert found["within"] == "the array of elements"
     assert found["inside_rms_mm"] == pytest.approx(np.sqrt(np.mean(np.arange(30, 91) ** 2)) / 10)
-    # variances of 0.6² and 0.8² of the error
+    # a standard deviation of 0.8 of the error is left of infinitely many samples
     assert found["shared_percent"] == pytest.approx(64.0)
+    columns = {name: np.array(values, dtype=float) for name, values in found["by_location"].items()}
+    np.testing.assert_allclose(columns["shared_mm"], 0.08 * columns["x_mm"], rtol=1e-4)  # saved with five digits
+    np.testing.assert_allclose(columns["noise_mm"], 0.06 * columns["x_mm"], rtol=1e-4)
     # between two steps there is no place that is inside of the array
     monkeypatch.setattr(places, "element_places", lambda _evidence: np.array([[30.5]]))
     found = places.about_places(cast(Any, SimpleNamespace(calibration=None)))
     assert found["within"] == "the calibrated region"
     assert (found["best"]["x_mm"], found["worst"]["x_mm"]) == pytest.approx((0.0, 120.0))
+
+
+def test_errors_that_no_averaging_lowers_are_no_noise() -> None:
+    """A pad whose noise is all discrepancy (a calibration without repeats): all of the variance stays.
+
+    With noise of single readings beside it, what stays is the error without this noise.
+    """
+    dataset = small(PLANE).dataset
+    assert dataset.calibration is not None
+    once = replace(dataset, calibration=dataset.calibration.select(dataset.calibration.sample == 0))
+    calibration = bayestouch.calibrate(once, kernel="gaussian", e_map="model", draws=8)
+    posteriors = bayestouch.infer(dataset.touches, calibration, draws=64)
+    evidence: Any = SimpleNamespace(sensor=dataset.sensor, calibration=calibration, posteriors=posteriors)
+    found = places.about_places(evidence)
+    assert found["shared_percent"] == pytest.approx(100.0) and max(found["by_location"]["noise_mm"]) < 1e-5
+    noise = replace(calibration.noise, tactile_sd=3 * calibration.noise.discrepancy_sd)
+    evidence.calibration = replace(calibration, noise=noise)
+    noisy = places.about_places(evidence)
+    where = np.stack([noisy["by_location"][name] for name in ("x_mm", "y_mm")], axis=1)
+    without = replace(calibration, noise=replace(noise, tactile_sd=np.zeros(3)))
+    now, later = (
+        pad_spots(PadReader.from_calibration(each), where, reads=2).sd for each in (evidence.calibration, without)
+    )
+    inside = ((where >= noisy["elements_mm"].min(axis=0)) & (where <= noisy["elements_mm"].max(axis=0))).all(axis=1)
+    stays = 100 * np.mean(later[inside] ** 2) / np.mean(now[inside] ** 2)
+    assert 5 < stays < 95 and noisy["shared_percent"] == pytest.approx(stays)
