@@ -43,6 +43,8 @@ class SweetSpots(Summarised):
         Standard deviation of the posterior mean of R over noise and calibrations.
     bias_by_element, noise_by_element : mapping of (k, n, m) arrays
         Parts of the variances above that belong to each element.
+    calibration_rms : mapping of (k, n) arrays
+        Part of `bias_rms` that is uncertainty of the calibration; the squares of both parts add up.
     """
 
     indenters_mm: FloatArray
@@ -54,6 +56,7 @@ class SweetSpots(Summarised):
     radius_scatter: FloatArray
     bias_by_element: Mapping[str, FloatArray]
     noise_by_element: Mapping[str, FloatArray]
+    calibration_rms: Mapping[str, FloatArray]
 
     def sd(self, name: str) -> FloatArray:
         """Standard deviation of an estimate from noise, calibration and lack of fit, without truncation, (k, n)."""
@@ -124,6 +127,7 @@ def sweet_spots(
     shared = np.zeros((touches.n_touches, known.n_elements, known.n_elements))
     if known.errors is not None:
         shared += known.errors.covariance(touches)
+    of_calibration = estimator.variance_by_element(shared).sum(axis=-1)
     index = np.arange(known.n_elements)
     shared[:, index, index] += known.noise.discrepancy_sd**2
     shape = len(radii), len(where)
@@ -146,6 +150,7 @@ def sweet_spots(
         radius_scatter=scatter,
         bias_by_element={name: part for name, (part, _) in parts.items()},
         noise_by_element={name: part for name, (_, part) in parts.items()},
+        calibration_rms=by_name(np.sqrt(np.maximum(of_calibration, 0.0)).reshape(*shape, 3)),
     )
 
 

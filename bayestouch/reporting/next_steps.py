@@ -21,7 +21,7 @@ def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, st
     steps = _effects(numbers["diagnosis"], pages)
     # Without repeats, noise and model error cannot be separated, so their parts are not compared.
     if numbers["calibration"]["lack_of_fit"] is not None:
-        steps += _limit(numbers["places"], pages.read)
+        steps += _limit(numbers["places"], pages.read, numbers["diagnosis"])
     trust = numbers["trust"]
     return [
         *steps,
@@ -40,35 +40,50 @@ def _effects(found: dict[str, Any] | None, pages: BodyPages) -> list[dict[str, s
     return [{"what": pages.next_after_diagnosis, "why": why}]
 
 
-def _limit(places: dict[str, Any], quantity: str) -> list[dict[str, str]]:
+def _limit(places: dict[str, Any], quantity: str, found: dict[str, Any] | None) -> list[dict[str, str]]:
     """Advice on which part of the variance of the quantity to lower."""
     shared, samples = places["shared_percent"], places["samples"]
     taken = "one sample a touch" if samples == 1 else f"{samples} samples a touch"
-    if shared > _MOST:
-        return [
-            {
-                "what": "Make more calibration touches, densest where readings are to be trusted",
-                "why": f"{percent(shared)} % of the {quantity}'s variance stays however many samples of a touch are "
-                "averaged: the uncertainty of the calibration and the error of the model.",
-            }
-        ]
+    average = f"Average more samples of each touch (now {taken})"
     if shared < 100 - _MOST:
         gain = (shared / 100 + (1 - shared / 100) / 4) ** 0.5
         return [
             {
-                "what": f"Average more samples of each touch (now {taken})",
+                "what": average,
                 "why": f"{percent(100 - shared)} % of the {quantity}'s variance is noise: four times as many samples "
                 f"would lower the standard deviation to some {number(100 * gain, 2)} % of what it is. More calibration "
                 "touches would change little.",
             }
         ]
-    return [
-        {
-            "what": f"Average more samples of each touch (now {taken}) and make more calibration touches, both",
-            "why": f"Noise ({percent(100 - shared)} % of the {quantity}'s variance) and what stays however many "
-            f"samples are averaged ({percent(shared)} %) weigh the same.",
-        }
-    ]
+    what, largest = _lasting(places, found)
+    if shared > _MOST:
+        why = (
+            f"{percent(shared)} % of the {quantity}'s variance stays however many samples of a touch are averaged, and "
+            f"the largest part of that is {largest}."
+        )
+        return [{"what": what, "why": why}]
+    why = (
+        f"Noise ({percent(100 - shared)} % of the {quantity}'s variance) and what stays however many samples are "
+        f"averaged ({percent(shared)} %) weigh the same. The largest part of what stays is {largest}."
+    )
+    return [{"what": f"{average} and {what[:1].lower()}{what[1:]}, both", "why": why}]
+
+
+def _lasting(places: dict[str, Any], found: dict[str, Any] | None) -> tuple[str, str]:
+    """Advice on the part of the variance that no averaging lowers, and the name of its largest part."""
+    of_calibration, of_model = places["calibration_percent"], places["model_percent"]
+    of_neither = places["shared_percent"] - of_calibration - of_model
+    largest = max(of_calibration, of_model, of_neither)
+    if largest == of_calibration:
+        what = "Make more calibration touches, densest where readings are to be trusted"
+        return what, f"the uncertainty of the calibration ({percent(of_calibration)} %)"
+    if largest == of_model:
+        searched = found is not None and "verdict" in found
+        what = f"{'Read in the diagnosis' if searched else 'Find with bayestouch diagnose'} what the model lacks"
+        why = f"the error of the model ({percent(of_model)} %): more calibration touches would change little"
+        return what, why
+    what = "Measure the load of each touch, or place elements nearer to each other"
+    return what, f"that the readings do not tell load and place ({percent(of_neither)} %)"
 
 
 def _sampler(trust: dict[str, Any]) -> list[dict[str, str]]:

@@ -16,7 +16,7 @@ def test_a_finger_says_where_each_estimate_is_best() -> None:
         bias[name] = np.zeros((2, 3))
     nothing = np.zeros((2, 3))
     spots = SweetSpots(
-        np.array([0.0, 3.9]), np.array([-4.0, 0.0, 4.0]), noise, bias, nothing, nothing, nothing, noise, bias
+        np.array([0.0, 3.9]), np.array([-4.0, 0.0, 4.0]), noise, bias, nothing, nothing, nothing, noise, bias, bias
     )
     assert repr(spots).splitlines() == [
         "SweetSpots of 2 indenters at 3 locations from −4 to 4°",

@@ -73,6 +73,22 @@ def test_elements_sum_to_the_whole(known: KnownFinger) -> None:
     assert spots.noise_by_element["R"][1, 3].argmax() in (nearest - 1, nearest, nearest + 1)
 
 
+def test_calibration_and_model_error_add_up(known: KnownFinger) -> None:
+    """Independent model errors of the elements, of a tenth of the noise; those of drawn calibrations have none."""
+    size = 0.1 * known.noise.tactile_sd
+    wrong = replace(known, noise=replace(known.noise, discrepancy_sd=size))
+    spots = sweet_spots(wrong, TIPS, PLACES, samples=4)
+    touches = TouchPlaces.grid(
+        np.asarray(composite_radius(TIPS, known.outer_radius_mm)), np.radians(PLACES), known.typical_load
+    )
+    of_model = ((TouchEstimator.of(wrong, touches, samples=4).weights * size) ** 2).sum(axis=-1)
+    for i, name in enumerate(("R", "theta_c", "P")):
+        both = spots.calibration_rms[name] ** 2 + of_model[:, i].reshape(len(TIPS), len(PLACES))
+        np.testing.assert_allclose(spots.bias_rms[name] ** 2, both, rtol=1e-9)
+    drawn = draw_bias(wrong, TIPS, PLACES, samples=4, draws=2000)
+    assert drawn["R"].std(axis=0) == pytest.approx(spots.calibration_rms["R"], rel=0.08)  # as below
+
+
 def test_maps_are_the_root_mean_square_of_drawn_calibrations(known: KnownFinger) -> None:
     drawn = draw_bias(known, TIPS, PLACES, samples=4, draws=2000)
     spots = sweet_spots(known, TIPS, PLACES, samples=4)

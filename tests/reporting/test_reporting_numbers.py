@@ -309,10 +309,47 @@ def test_distance_between_elements_of_a_pad() -> None:
     ],
 )
 def test_what_limits_the_estimates(shared: float, begin: str, words: str) -> None:
-    (step,) = next_steps._limit({"shared_percent": shared, "samples": 4}, "radius")
+    places = {
+        "shared_percent": shared,
+        "samples": 4,
+        "calibration_percent": 0.6 * shared,
+        "model_percent": 0.4 * shared,
+    }
+    (step,) = next_steps._limit(places, "radius", None)
     assert step["what"].startswith(begin) and words in step["why"]
-    (one,) = next_steps._limit({"shared_percent": 20.0, "samples": 1}, "radius")
+    (one,) = next_steps._limit(places | {"shared_percent": 20.0, "samples": 1}, "radius", None)
     assert one["what"].endswith("(now one sample a touch)")
+
+
+@pytest.mark.parametrize(
+    ("of_calibration", "of_model", "found", "what", "why"),
+    [
+        (50.0, 30.0, None, "Make more calibration touches", "the uncertainty of the calibration (50 %)"),
+        (30.0, 50.0, None, "Find with bayestouch diagnose what the model lacks", "the error of the model (50 %): more"),
+        (30.0, 50.0, {"missing": "no"}, "Find with bayestouch diagnose what the model lacks", "the error of the model"),
+        (
+            30.0,
+            50.0,
+            {"verdict": "unattributed"},
+            "Read in the diagnosis what the model lacks",
+            "the error of the model",
+        ),
+        # 60 % of 80 % are neither
+        (5.0, 15.0, None, "Measure the load of each touch, or", "that the readings do not tell load and place (60 %)"),
+    ],
+)
+def test_more_calibration_touches_are_no_advice_against_model_error(
+    of_calibration: float, of_model: float, found: dict[str, Any] | None, what: str, why: str
+) -> None:
+    parts = {"calibration_percent": of_calibration, "model_percent": of_model, "samples": 4}
+    (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "radius", found)
+    assert step["what"].startswith(what) and f"the largest part of that is {why}" in step["why"]
+    # and beside noise that weighs as much, with half of each part
+    halves = {"calibration_percent": of_calibration / 2, "model_percent": of_model / 2, "samples": 4}
+    (both,) = next_steps._limit({"shared_percent": 40.0, **halves}, "radius", found)
+    assert both["what"].startswith(
+        f"Average more samples of each touch (now 4 samples a touch) and {what[0].lower()}{what[1:]}"
+    )
 
 
 def test_what_to_do_about_the_sampler() -> None:

@@ -43,6 +43,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "told_from_edge_r_c_mm": threshold,
     }
     noise, shared = float(np.mean(columns["R_noise_mm"] ** 2)), float(np.mean(columns["R_shared_mm"] ** 2))
+    by_calibration = float(np.mean(spots.calibration_rms["R"] ** 2))
     return {
         "body": "finger",
         "samples": samples,
@@ -53,6 +54,8 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "best": place_at(columns, int(error.argmin())),
         "worst": place_at(columns, int(error.argmax())),
         "shared_percent": 100 * shared / (noise + shared),
+        "calibration_percent": 100 * by_calibration / (noise + shared),
+        "model_percent": 100 * (shared - by_calibration) / (noise + shared),
         "distinguished_percent": 100 * right.mean(axis=0),
         "distinguished_least_percent": 100 * right.min(axis=0),
         "threshold_mm": {"lowest": _least(threshold), "highest": _most(threshold)},

@@ -37,6 +37,10 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "shared_mm": lasting.sd,
     }
     variance = float(np.mean(spots.sd[inside] ** 2))
+    # The rest of what stays is there because the readings do not tell load and place.
+    of_calibration, of_none = lasting.bias_rms**2, lasting.of_none
+    parts = [100 * float(part[inside].sum(axis=1).mean()) / variance for part in (of_calibration, of_none)]
+    stays = 100 * float(np.mean(lasting.sd[inside] ** 2)) / variance
     rows = np.flatnonzero(inside)
     return {
         "body": "pad",
@@ -48,5 +52,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "best": place_at(columns, int(rows[spots.sd[rows].argmin()])),
         "worst": place_at(columns, int(rows[spots.sd[rows].argmax()])),
         "inside_rms_mm": float(np.sqrt(variance)),
-        "shared_percent": 100 * float(np.mean(lasting.sd[inside] ** 2)) / variance,
+        "shared_percent": stays,
+        "calibration_percent": parts[0],
+        "model_percent": stays - sum(parts),
     }

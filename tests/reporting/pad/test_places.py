@@ -25,7 +25,8 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
 
     def spots(_reader: Any, where: np.ndarray, *, reads: float) -> SimpleNamespace:
         assert reads in (4, np.inf)
-        return SimpleNamespace(sd=where[:, 0] / 10 * (1.0 if reads == 4 else 0.8))
+        sd = where / 10 * (1.0 if reads == 4 else 0.8)
+        return SimpleNamespace(sd=sd[:, 0], bias_rms=0.5 * sd, of_none=0.25 * sd**2)
 
     monkeypatch.setattr(PadReader, "from_calibration", lambda _calibration: reader)
     monkeypatch.setattr("bayestouch.reliability.pad_spots", spots)
@@ -37,6 +38,8 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
     assert found["inside_rms_mm"] == pytest.approx(np.sqrt(np.mean(np.arange(30, 91) ** 2)) / 10)
     # a standard deviation of 0.8 of the error is left of infinitely many samples
     assert found["shared_percent"] == pytest.approx(64.0)
+    # of which a quarter is of the calibration, a quarter of no reading, and the other half of the model
+    assert (found["calibration_percent"], found["model_percent"]) == pytest.approx((16.0, 32.0))
     columns = {name: np.array(values, dtype=float) for name, values in found["by_location"].items()}
     np.testing.assert_allclose(columns["shared_mm"], 0.08 * columns["x_mm"], rtol=1e-4)  # saved with five digits
     np.testing.assert_allclose(columns["noise_mm"], 0.06 * columns["x_mm"], rtol=1e-4)
