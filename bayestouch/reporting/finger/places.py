@@ -16,10 +16,15 @@ from bayestouch.reporting.places import place_at, rounded_columns, typical_sampl
 TIPS = (0.0, 1.0, 3.0, 10.0, np.inf)
 # Number of steps along the finger.
 _ALONG = 121
+# Radius, location and load of a touch.
+_UNKNOWNS = 3
 
 
 def about_places(evidence: Evidence) -> dict[str, Any]:
-    """Expected errors of R, θ_c and P along the finger, with the parts from noise and from the calibration."""
+    """Expected errors of R, θ_c and P along the finger, with the parts from noise and from the calibration.
+
+    They are those of touches like the ones that were read: with a measured load if most of these have one.
+    """
     from bayestouch.reliability import KnownFinger, distinguished, sweet_spots, threshold_radii
 
     known = KnownFinger.of(evidence.calibration)
@@ -29,9 +34,10 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     angle = np.linspace(elements[0] - pitch / 2, elements[-1] + pitch / 2, _ALONG)
     tips = known_indenters(evidence.posteriors.rows.radius_mm)
     tips = np.array(TIPS) if len(tips) < 2 else tips
-    spots = sweet_spots(known, tips, angle, samples=samples)
-    threshold = threshold_radii(known, angle, samples=samples)
-    right = distinguished(known, tips, angle, samples=samples)
+    touches: Any = {"samples": samples, "use_load": _load_is_read(evidence, known.n_elements)}
+    spots = sweet_spots(known, tips, angle, **touches)
+    threshold = threshold_radii(known, angle, **touches)
+    right = distinguished(known, tips, angle, **touches)
     error = np.sqrt((spots.radius_error**2).mean(axis=0))
     columns = {
         "angle_deg": angle,
@@ -46,7 +52,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     by_calibration = float(np.mean(spots.calibration_rms["R"] ** 2))
     return {
         "body": "finger",
-        "samples": samples,
+        **touches,
         "body_mm": _body(finger_of(evidence.sensor)),
         "elements_deg": np.degrees(known.chain.angle),
         "tips": [indenter_name(float(tip)) for tip in tips],
@@ -61,6 +67,12 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "threshold_mm": {"lowest": _least(threshold), "highest": _most(threshold)},
         "nowhere_percent": float(100 * np.isnan(threshold).mean()),
     }
+
+
+def _load_is_read(evidence: Evidence, n_elements: int) -> bool:
+    """Whether a typical touch has a measured load; two elements read no touch without one."""
+    measured = np.isfinite(evidence.posteriors.rows.load)
+    return bool(n_elements < _UNKNOWNS or (len(measured) and measured.mean() >= 0.5))
 
 
 def _body(finger: Finger) -> dict[str, float]:

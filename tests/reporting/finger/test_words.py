@@ -40,6 +40,7 @@ def numbers(**changes: Any) -> dict[str, Any]:
         "worst": {"angle_deg": -31.6, "R_error_mm": 4.56},
         "threshold_mm": {"lowest": 0.123, "highest": 0.456},
         "nowhere_percent": 0.0,
+        "use_load": True,
     }
     return {"estimates": estimates | changes.pop("estimates", {}), "places": places | changes.pop("places", {})}
 
@@ -108,3 +109,11 @@ def test_where_and_down_to_which_radius() -> None:
     assert nowhere["short"] == "None" and nowhere["reason"].startswith(
         "Nowhere does one touch distinguish even a flat from a knife edge"
     )
+
+
+def test_errors_are_of_touches_with_or_without_a_load() -> None:
+    for used, word in ((True, "with"), (False, "without")):
+        reason = own_answers(numbers(places={"use_load": used}))[0]["reason"]
+        assert reason.startswith(
+            f"Predicted from the calibration, for touches {word} a measured load: the error of R is "
+        )
