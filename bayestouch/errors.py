@@ -7,6 +7,11 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from numbers import Integral
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 #: Longest list of names that a message shows beside its suggestion, so that it stays one line on a screen.
 _FEW_NAMES = 6
@@ -132,6 +137,35 @@ def require_whole(name: str, value: object, least: int) -> None:
     # `Integral` has the integers of numpy, too; True is one of Python's.
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise InputError(f"{name}: expected a whole number, at least {least}, got {shown(value)}")
+
+
+def number_array(name: str, value: object, *dimensions: int) -> NDArray[np.float64]:
+    """Return the number or numbers of an argument as an array; NaN and infinite ones count as numbers.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    value : object
+        What was given.
+    *dimensions : int
+        Numbers of dimensions that are allowed: 0 a single number, 1 a list.
+
+    Raises
+    ------
+    InputError
+        It is something else, such as text; the message names the argument.
+    """
+    import numpy as np  # here, so that the command line begins without it
+
+    try:
+        array = np.asarray(value)
+    except ValueError:  # rows of different lengths
+        array = np.array(None)
+    if array.dtype.kind not in "iuf" or array.ndim not in dimensions:
+        expected = "a number" if dimensions == (0,) else "a list of numbers"
+        raise InputError(f"{name}: expected {expected}, got {shown(value)}")
+    return array.astype(float)
 
 
 def not_a(expected: str, value: object, how: str) -> InputError:

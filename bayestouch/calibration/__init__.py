@@ -138,6 +138,10 @@ def calibrate(
         "moves": moves,
     }
     own = body.own(given)
+    if moves is not None:
+        from bayestouch.sampling.moves import require_moves
+
+        require_moves(moves)
     model = _model(model)
     common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):

@@ -195,7 +195,7 @@ def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "par
     Raises
     ------
     InputError
-        The data do not fit the format, or the folder cannot be written to.
+        It is no data set, the data do not fit the format, or the folder cannot be written to.
 
     Examples
     --------
@@ -206,6 +206,7 @@ def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "par
     >>> bayestouch.load_dataset("my-finger").touches.n_touches
     45
     """
+    require_dataset(dataset)
     if format not in _FORMATS:
         raise InputError(f"expected the format csv or parquet, got {format!r}")
     folder = Path(path)

@@ -10,7 +10,7 @@ from bayestouch.data.dataset import dataset_files
 from bayestouch.data.files import write_together
 from bayestouch.data.geometry import BODIES, geometries
 from bayestouch.data.tables import MAX_COLUMNS
-from bayestouch.errors import InputError, nearest
+from bayestouch.errors import InputError, nearest, require_whole
 
 _SENSOR = """\
 # The sensor as built. What is behind a # is a comment; take the # away from a line to use it.
@@ -61,8 +61,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
     """
     if body not in BODIES:
         raise InputError(f"body: expected {' or '.join(BODIES)}, got {body!r}{nearest(str(body), BODIES)}")
-    if elements < 1:
-        raise InputError(f"elements: expected at least one, got {elements}")
+    require_whole("elements", elements, 1)
     kind, folder = geometries()[body], Path(folder)
     known = ("touch", "sample", "indenter_radius_mm", *kind.all_location_columns, kind.load_column)
     if elements > (most := MAX_COLUMNS - len(known)):

@@ -10,7 +10,7 @@ from bayestouch.data.files import check_not_read, file_to_write
 from bayestouch.data.survey import survey
 from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, source_of
 from bayestouch.data.touches import Touches
-from bayestouch.errors import InputError, not_a
+from bayestouch.errors import InputError, not_a, require_whole
 from bayestouch.model.body import body_of
 from bayestouch.output.progress import Progress
 from bayestouch.priors.indenters import IndenterPrior
@@ -137,8 +137,9 @@ def infer(
     if output is not None:
         infer_to_file(touches, calibration, output, options, workers=workers, scheduler=scheduler, progress=progress)
         return load_touches(output)
+    executor = _executor(workers, scheduler)
     run, _ = _run(touches, calibration, options)
-    return read_in_memory(run, kept, _executor(workers, scheduler), progress)
+    return read_in_memory(run, kept, executor, progress)
 
 
 def infer_with(touches: Touches, calibration: Calibration, options: Options) -> TouchPosteriors:
@@ -161,12 +162,15 @@ def infer_to_file(
     path = file_to_write(output)
     if not isinstance(touches, Touches):
         check_not_read(path, [touches])
+    executor = _executor(workers, scheduler)
     run, source = _run(touches, calibration, options)
     mark = fingerprint(source, calibration, options)
-    read_to_file(run, options.kept, _executor(workers, scheduler), path, mark, progress)
+    read_to_file(run, options.kept, executor, path, mark, progress)
 
 
 def _executor(workers: int | None, scheduler: str | None) -> Executor:
+    if workers is not None:
+        require_whole("workers", workers, 1)
     if scheduler is None:
         return local_executor(workers)
     return cluster_executor(scheduler)

@@ -36,7 +36,7 @@ Spread = Callable[[Sequence[Any]], Iterator[Any]]
 def cores(workers: int | None) -> int:
     """Return the number of workers: by default all cores that this process may use."""
     if workers is not None:
-        return max(1, workers)
+        return workers
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, number_array
 from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.priors.radius import QUANTITIES, DerivedRadius, Quantity, RadiusOfTips
@@ -70,7 +70,7 @@ class UniformCurvature(Summarised):
     sharpest_mm: float
 
     def __post_init__(self) -> None:
-        if not 0 < self.sharpest_mm < np.inf:
+        if not 0 < number_array("sharpest_mm", self.sharpest_mm, 0) < np.inf:
             raise InputError(
                 f"indenter: a prior uniform in curvature needs the radius of the sharpest indenter in mm, "
                 f"above 0, got {self.sharpest_mm:g}"
@@ -140,7 +140,8 @@ class KnownTips(Summarised):
     Raises
     ------
     InputError
-        A radius is negative or given twice, or the weights are not one for each tip, above 0 and with the sum 1.
+        A radius is not a number, is negative or is given twice, or the weights are not one for each tip, above 0 and
+        with the sum 1.
 
     Examples
     --------
@@ -153,8 +154,8 @@ class KnownTips(Summarised):
     weights: Sequence[float] = field(default=())
 
     def __post_init__(self) -> None:
-        radii = tuple(float(radius) for radius in self.radius_mm)
-        weights = tuple(float(weight) for weight in self.weights) or (1 / max(len(radii), 1),) * len(radii)
+        radii = tuple(number_array("radius_mm", self.radius_mm, 1).tolist())
+        weights = tuple(number_array("weights", self.weights, 1).tolist()) or (1 / max(len(radii), 1),) * len(radii)
         if not radii:
             raise InputError("indenter: expected the radius of at least one tip")
         for radius in radii:
@@ -208,7 +209,7 @@ class EdgeOrRound(Summarised):
     round: IndenterPrior = UniformRadius()
 
     def __post_init__(self) -> None:
-        if not 0 < self.edge_probability < 1:
+        if not 0 < number_array("edge_probability", self.edge_probability, 0) < 1:
             raise InputError(
                 f"indenter: expected a probability of the edge inside 0 and 1, got {self.edge_probability:g}"
             )

@@ -77,7 +77,8 @@ class Options:
             raise InputError(f"method: expected {' or '.join(METHODS)}, got {self.method!r}{question}")
         require_whole("draws", draws, 64)
         require_whole("seed", self.seed, 0)
-        if not 1 <= thin <= draws // 16:
+        require_whole("thin", thin, 1)
+        if thin > draws // 16:
             raise InputError(f"thin: expected 1 to {draws // 16}, a sixteenth of the draws, got {thin}")
         chosen_groups(self.groups)
         if self.groups and self.kept.summary_only:

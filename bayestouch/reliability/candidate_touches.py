@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import responding
 from bayestouch.data.touches import Touches, touches_from
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, number_array, require_whole
 from bayestouch.model.planned_table import usual_load
+from bayestouch.results.data import require_calibration
 from bayestouch.results.objects import Calibration
 
 # Number of places along a line, and along each side of a plane.
@@ -51,8 +52,9 @@ def candidate_touches(
     Raises
     ------
     InputError
-        The places have another number of coordinates, there are no tips or loads, a radius is below zero, a load is not
-        above zero or larger than the calibration can predict, or the number of samples is not above zero.
+        It is no calibration, the places have another number of coordinates, there are no tips or loads, a radius is
+        below zero, a load is not above zero or larger than the calibration can predict, or the number of samples is not
+        a whole number above zero.
 
     Examples
     --------
@@ -63,18 +65,19 @@ def candidate_touches(
     >>> bayestouch.candidate_touches(calibration, places=[-10.0, 0.0, 10.0], tips_mm=[0.0, 3.9]).n_touches
     6
     """
+    require_calibration(calibration)
     rows, columns = calibration.rows, calibration.sensor.body.location_columns
-    where = _even([*rows.location.values()]) if places is None else np.asarray(places, dtype=float)
+    where = _even([*rows.location.values()]) if places is None else number_array("places", places, 1, 2)
     where = where[:, None] if where.ndim == 1 else where
     if where.ndim != 2 or where.shape[1] != len(columns):
         raise InputError(f"places: expected an array (n, {len(columns)}) of {' and '.join(columns)}")
-    tips = np.unique(rows.radius_mm) if tips_mm is None else np.atleast_1d(np.asarray(tips_mm, dtype=float))
+    tips = np.unique(rows.radius_mm) if tips_mm is None else np.atleast_1d(number_array("tips_mm", tips_mm, 0, 1))
     if not len(tips) or (tips_mm is not None and not (tips >= 0).all()):
         raise InputError("tips_mm: expected radii of zero and larger, and at least one")
-    load = np.array([usual_load(calibration)]) if loads is None else np.atleast_1d(np.asarray(loads, dtype=float))
-    reads = float(np.round(np.median(rows.counts.max(axis=1)))) if samples is None else float(samples)
-    if not (1 <= reads < np.inf and reads == int(reads)):
-        raise InputError(f"samples: expected a whole number above zero, got {reads:g}")
+    load = np.array([usual_load(calibration)]) if loads is None else np.atleast_1d(number_array("loads", loads, 0, 1))
+    if samples is None:
+        samples = round(float(np.median(rows.counts.max(axis=1))))
+    require_whole("samples", samples, 1)
     # Beyond this load a finger has no contact table; a pad has no such limit.
     largest = float(calibration.settings.get("largest_load", np.inf))
     if not len(load) or not (np.isnan(load) | ((load > 0) & (load < np.inf) & (load <= largest))).all():
@@ -88,7 +91,7 @@ def candidate_touches(
         indenter_radius_mm=tip,
         load=force,
         contact=1.0,
-        reads=reads,
+        reads=float(samples),
         **{name: where[place, axis] for axis, name in enumerate(columns)},
     )
 

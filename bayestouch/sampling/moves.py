@@ -13,10 +13,26 @@ from emcee.moves import Move
 from numpy.typing import NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.errors import InputError, shown
 from bayestouch.sampling.density import POINTS_A_CALL
 from bayestouch.sampling.pareto import pareto_shape, shape_that_counts
 from bayestouch.sampling.proposals import BlockProposal, RenewableProposal
 from bayestouch.sampling.streams import BlockStreams
+
+
+def require_moves(moves: object) -> None:
+    """Raise an error unless `emcee.EnsembleSampler` takes these moves: one, or a list, with weights or without.
+
+    Raises
+    ------
+    InputError
+        They are something else.
+    """
+    listed = moves if isinstance(moves, list | tuple) else [moves]
+    alone = [each[0] if isinstance(each, tuple) and each else each for each in listed]
+    if not alone or not all(isinstance(each, Move) for each in alone):
+        expected = "a move of emcee, such as emcee.moves.StretchMove(), or a list of moves"
+        raise InputError(f"moves: expected {expected}, got {shown(moves)}")
 
 
 class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types

@@ -12,7 +12,7 @@ import numpy as np
 
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.data.sensor import Finger, Pad
-from bayestouch.errors import InputError, require_whole, shown
+from bayestouch.errors import InputError, not_a, require_whole, shown
 from bayestouch.output.summary import Summarised, summary_html
 from bayestouch.simulation.chain import pressed, read
 from bayestouch.simulation.finger import FingerDesign
@@ -170,6 +170,9 @@ def simulate(
     (4, 4)
     """
     design = FingerDesign() if design is None else design
+    # By its methods: a body of another package has a design of its own.
+    if isinstance(design, type) or not (hasattr(design, "build") and hasattr(design, "plan")):
+        raise not_a("a design", design, "make one: bayestouch.FingerDesign() or bayestouch.PadDesign()")
     if not isinstance(effects, Mapping | None):
         raise InputError(f"effects: expected sizes by name, such as {{'creep': 0.05}}, got {shown(effects)}")
     effects = {name: _size(name, value) for name, value in (effects or {}).items()}

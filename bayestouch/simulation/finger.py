@@ -14,7 +14,7 @@ from bayestouch.chain.recording import Recording
 from bayestouch.contact import CONTACT_MODELS, composite_radius
 from bayestouch.data.sensor import Finger, Rubber, Sensor
 from bayestouch.effects import Setting
-from bayestouch.errors import InputError, require_whole, unknown_name
+from bayestouch.errors import InputError, number_array, require_whole, unknown_name
 from bayestouch.output.summary import Summarised
 from bayestouch.paper.published import TABLE_3
 from bayestouch.simulation.checks import check_not_negative, check_positive, check_range, check_ratio
@@ -104,6 +104,9 @@ class FingerDesign(Summarised):
         require_whole("n_elements", self.n_elements, 1)
         require_whole("samples_per_touch", self.samples_per_touch, 1)
         check_positive(
+            core_radius_mm=self.core_radius_mm,
+            sensing_radius_mm=self.sensing_radius_mm,
+            outer_radius_mm=self.outer_radius_mm,
             pitch_deg=self.pitch_deg,
             shear_modulus_MPa=self.shear_modulus_MPa,
             peak_reading=self.peak_reading,
@@ -124,10 +127,11 @@ class FingerDesign(Summarised):
         check_range(self.load_range)
         if self.contact not in CONTACT_MODELS:
             raise unknown_name("contact model", self.contact, CONTACT_MODELS)
-        if not 0 < self.core_radius_mm < self.sensing_radius_mm < self.outer_radius_mm < np.inf:
+        if not self.core_radius_mm < self.sensing_radius_mm < self.outer_radius_mm:
             radii = f"{self.core_radius_mm:g}, {self.sensing_radius_mm:g} and {self.outer_radius_mm:g} mm"
-            raise InputError(f"expected 0 < core_radius_mm < sensing_radius_mm < outer_radius_mm, got {radii}")
-        if not len(self.touch_radii_mm) or not all(radius >= 0 for radius in self.touch_radii_mm):
+            raise InputError(f"expected core_radius_mm < sensing_radius_mm < outer_radius_mm, got {radii}")
+        radii_mm = number_array("touch_radii_mm", self.touch_radii_mm, 1)
+        if not len(radii_mm) or not (radii_mm >= 0).all():
             raise InputError("touch_radii_mm: expected radii of zero and larger, and at least one")
 
     @property

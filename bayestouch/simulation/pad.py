@@ -16,7 +16,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.data.sensor import Pad, Rubber, Sensor
 from bayestouch.effects import Setting
-from bayestouch.errors import InputError, require_whole
+from bayestouch.errors import InputError, number_array, require_whole
 from bayestouch.output.summary import Summarised
 from bayestouch.simulation.checks import check_not_negative, check_positive, check_range, check_ratio
 from bayestouch.simulation.plan import EffectValues, Plan
@@ -84,6 +84,9 @@ class PadDesign(Summarised):
     load_range: tuple[float, float] = (1.0, 3.0)
 
     def __post_init__(self) -> None:
+        axes = {"element_x_mm": number_array("element_x_mm", self.element_x_mm, 1)}
+        if self.element_y_mm is not None:
+            axes["element_y_mm"] = number_array("element_y_mm", self.element_y_mm, 1)
         require_whole("n_elements", len(self.element_x_mm), 1)
         require_whole("samples_per_touch", self.samples_per_touch, 1)
         require_whole("n_touches", self.n_touches, 1)
@@ -102,9 +105,6 @@ class PadDesign(Summarised):
         )
         check_ratio(self.poisson_ratio)
         check_range(self.load_range)
-        axes = {"element_x_mm": self.element_x_mm}
-        if self.element_y_mm is not None:
-            axes["element_y_mm"] = self.element_y_mm
         for name, places in axes.items():
             if len(places) != len(self.element_x_mm) or not np.isfinite(places).all():
                 raise InputError(f"{name}: expected a finite place for each of {len(self.element_x_mm)} elements")

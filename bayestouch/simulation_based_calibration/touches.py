@@ -20,7 +20,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches, touches_from
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, require_whole
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.inference import infer
 from bayestouch.output.progress import Progress
@@ -111,13 +111,13 @@ def sbc(
     >>> ranks.passes()  # the posteriors are neither too narrow, nor too wide, nor shifted
     True
     """
-    if simulations < 5 * BINS:
-        raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
+    require_whole("simulations", simulations, 5 * BINS)
+    require_whole("samples", samples, 1)
+    require_whole("seed", seed, 0)
     if draws is None:
         draws = 400 if isinstance(of, DataSet) else 1024
-    if draws <= RANKED:
-        # A rank is among this number of draws, each of which counts once.
-        raise InputError(f"draws: expected at least {RANKED + 1}, got {draws}")
+    # A rank is among `RANKED` draws, each of which counts once.
+    require_whole("draws", draws, RANKED + 1)
     if isinstance(of, DataSet):
         if plug_in or samples != 1 or method != "emcee":
             raise InputError("samples, plug_in and method are options of a calibration's touches, not of a data set")

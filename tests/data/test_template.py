@@ -24,6 +24,13 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path) -> None:
     assert tomllib.loads((folder / "sensor.toml").read_text("utf-8"))["name"] == "f?"
 
 
+@pytest.mark.parametrize("elements", [2.5, "a", 0])
+def test_elements_are_a_whole_number(tmp_path: Path, elements: object) -> None:
+    with pytest.raises(InputError, match=f"^elements: expected a whole number, at least 1, got {elements!r}$"):
+        new_dataset(tmp_path / "none", elements=elements)  # type: ignore[arg-type]
+    assert not (tmp_path / "none").exists()
+
+
 def test_no_more_elements_than_a_table_has_columns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for body, most in (("finger", MAX_COLUMNS - 5), ("pad", MAX_COLUMNS - 6)):
         _, table, _ = new_dataset(tmp_path / body, body=body, elements=most)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -197,3 +199,18 @@ def test_infinite_radii_can_be_summarised(read: Read) -> None:
 def test_what_is_no_prior_is_refused(read: Read) -> None:
     with pytest.raises(InputError, match="KnownTips"):
         infer(read, (0, 2), "emcee")
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (lambda: KnownTips(3.0), "radius_mm: expected a list of numbers, got 3.0"),  # type: ignore[arg-type]
+        (lambda: KnownTips(("a",)), "radius_mm: expected a list of numbers, got ('a',)"),  # type: ignore[arg-type]
+        (lambda: KnownTips(TIPS, weights=1.0), "weights: expected a list of numbers, got 1.0"),  # type: ignore[arg-type]
+        (lambda: UniformCurvature("a"), "sharpest_mm: expected a number, got 'a'"),  # type: ignore[arg-type]
+        (lambda: EdgeOrRound(None), "edge_probability: expected a number, got None"),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_no_number_is_refused(made: Callable[[], object], message: str) -> None:
+    with pytest.raises(InputError, match=f"^{re.escape(message)}$"):
+        made()

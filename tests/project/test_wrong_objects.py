@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import emcee
 import pytest
 from report_cases import FINGER
 
@@ -15,6 +17,7 @@ NO_DATA_SET = {
     "calibrate": bayestouch.calibrate,
     "check": bayestouch.check,
     "diagnose": bayestouch.diagnose,
+    "save_dataset": lambda dataset: bayestouch.save_dataset(dataset, "folder"),
     "report": lambda dataset: bayestouch.report(dataset, "report"),
 }
 
@@ -45,12 +48,30 @@ def test_what_is_no_calibration(simulated: bayestouch.SimulatedDataSet, calibrat
     touches: Any = simulated.dataset.touches
     with pytest.raises(bayestouch.InputError, match=r"^expected a calibration, got 'c.nc'; read it: .*load\('c.nc'\)$"):
         bayestouch.infer(touches, "c.nc")  # type: ignore[arg-type]
+    with pytest.raises(bayestouch.InputError, match=r"^expected a calibration, got DataSet; make one: "):
+        bayestouch.candidate_touches(simulated.dataset)  # type: ignore[arg-type]
     with pytest.raises(bayestouch.InputError, match=r"^expected a calibration, got Touches; make one: "):
         bayestouch.infer(calibration, touches)  # type: ignore[arg-type]
     with pytest.raises(bayestouch.InputError, match=r"^expected touches, got DataSet; use its attribute touches$"):
         bayestouch.infer(simulated.dataset, calibration)  # type: ignore[arg-type]
     with pytest.raises(bayestouch.InputError, match=r"^expected a data set, got Touches; "):
         bayestouch.log_density(calibration, touches)
+
+
+@pytest.mark.parametrize("workers", ["a", 0, -1, 1.5])
+def test_what_is_no_number_of_workers(
+    simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration, workers: Any, tmp_path: Path
+) -> None:
+    message = f"^workers: expected a whole number, at least 1, got {workers!r}$"
+    for output in (None, tmp_path / "posterior.nc"):
+        with pytest.raises(bayestouch.InputError, match=message):
+            bayestouch.infer(simulated.dataset.touches, calibration, draws=64, workers=workers, output=output)
+
+
+@pytest.mark.parametrize("moves", [3, [], [3], emcee.moves.StretchMove, [(3, 1.0)]])
+def test_what_are_no_moves_of_emcee(simulated: bayestouch.SimulatedDataSet, moves: object) -> None:
+    with pytest.raises(bayestouch.InputError, match=r"^moves: expected a move of emcee, such as "):
+        bayestouch.calibrate(simulated.dataset, moves=moves)
 
 
 def test_what_is_no_parameter(simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration) -> None:

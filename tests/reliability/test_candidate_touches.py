@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -44,6 +45,21 @@ def test_impossible_loads_are_refused(loads: list[float]) -> None:
 def test_impossible_tips_are_refused(tips: list[float]) -> None:
     with pytest.raises(bayestouch.InputError, match="tips_mm: expected radii of zero and larger, and at least one"):
         bayestouch.candidate_touches(calibrated(), tips_mm=tips)
+
+
+@pytest.mark.parametrize("name", ["places", "tips_mm", "loads"])
+@pytest.mark.parametrize("given", [["a"], "a", [[[1.0]]], {"x": 1.0}])
+def test_what_is_no_list_of_numbers_is_refused(name: str, given: object) -> None:
+    message = f"{name}: expected a list of numbers, got {given!r}"
+    with pytest.raises(bayestouch.InputError, match=f"^{re.escape(message)}$"):
+        bayestouch.candidate_touches(calibrated(), **{name: given})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("samples", [0, 2.5, "a"])
+def test_samples_are_a_whole_number(samples: object) -> None:
+    message = f"samples: expected a whole number, at least 1, got {samples!r}"
+    with pytest.raises(bayestouch.InputError, match=f"^{re.escape(message)}$"):
+        bayestouch.candidate_touches(calibrated(), samples=samples)  # type: ignore[arg-type]
 
 
 def test_the_usual_number_of_samples_is_whole() -> None:

@@ -5,6 +5,7 @@ How often: `studies/sbc_power.py`, whose table is in docs/statistics.md.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -264,11 +265,22 @@ def test_too_few_simulations_are_refused(calibration: bayestouch.Calibration) ->
         bayestouch.sbc(calibration, simulations=10)
 
 
+@pytest.mark.parametrize(
+    ("option", "least", "wrong"), [("samples", 1, 0), ("samples", 1, 1.5), ("simulations", 100, "a"), ("seed", 0, -1)]
+)
+def test_an_option_that_is_no_whole_number_is_refused_by_its_name(
+    calibration: bayestouch.Calibration, option: str, least: int, wrong: object
+) -> None:
+    message = f"^{option}: expected a whole number, at least {least}, got {re.escape(repr(wrong))}$"
+    with pytest.raises(InputError, match=message):
+        bayestouch.sbc(calibration, **{option: wrong})  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("draws", [0, 99])
 @pytest.mark.parametrize("kind", ["touches", "finger", "pad"])
 def test_too_few_draws_for_a_rank_are_refused(calibration: bayestouch.Calibration, kind: str, draws: int) -> None:
     of = calibration if kind == "touches" else small_finger(30.0, 5.0, slice(2, 5))
-    with pytest.raises(InputError, match=f"draws: expected at least 100, got {draws}"):
+    with pytest.raises(InputError, match=f"draws: expected a whole number, at least 100, got {draws}"):
         bayestouch.sbc(of, simulations=100, draws=draws, kernel="gaussian" if kind == "pad" else None)
 
 
