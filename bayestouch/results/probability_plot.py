@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import nearest_turn, turned
-from bayestouch.errors import InputError, not_a
+from bayestouch.errors import InputError, nearest, not_a, number_array, shown
 from bayestouch.results.data import PosteriorsData
 from bayestouch.results.draws_on_file import require_draws
 
@@ -33,7 +33,7 @@ DASHES = ("-", "--", "-.", ":")
 
 
 def shares_below(
-    posteriors: PosteriorsData, truth: Mapping[str, ArrayLike] | None = None, names: Iterable[str] | None = None
+    posteriors: PosteriorsData, truth: Mapping[str, ArrayLike] | None = None, names: str | Iterable[str] | None = None
 ) -> dict[str, FloatArray]:
     """Share of the draws below the true value, for every touch with a known true value.
 
@@ -44,7 +44,7 @@ def shares_below(
     truth : mapping of (t,) array_like, optional
         True values by parameter, in the units of the posteriors; NaN unknown. By default the reference values of
         location and radius from the touch table; not those of the load, which is a reading and not a true value.
-    names : iterable of str, optional
+    names : str or iterable of str, optional
         Parameters to use; by default all that have true values.
 
     Returns
@@ -62,17 +62,22 @@ def shares_below(
     if not isinstance(posteriors, PosteriorsData):
         raise not_a("posteriors of touches", posteriors, "bayestouch.infer makes them, bayestouch.load reads them")
     require_draws(posteriors.posterior)
+    if not isinstance(truth, Mapping | None):
+        raise InputError(f"P-P plot: expected true values by parameter, such as {{'R': [...]}}, got {shown(truth)}")
     known = (
         dict(truth) if truth is not None else {k: v for k, v in posteriors.reference.items() if k not in ("P", "r_c")}
     )
     supports = {parameter.name: parameter.prior.support for parameter in posteriors.parameters}
     found: dict[str, FloatArray] = {}
-    for name in known if names is None else names:
-        if name not in posteriors.posterior or name not in known:
-            raise InputError(
-                f"P-P plot: {name} is not among {', '.join(sorted(set(known) & set(posteriors.posterior)))}"
-            )
-        draws, true = posteriors.posterior[name], np.asarray(known[name], dtype=float)
+    for name in known if names is None else (names,) if isinstance(names, str) else names:
+        if name not in posteriors.posterior:
+            parameters = list(posteriors.posterior)
+            question = nearest(str(name), parameters)
+            raise InputError(f"P-P plot: {name} is not among the parameters {', '.join(parameters)}{question}")
+        if name not in known:
+            with_truth = ", ".join(each for each in known if each in posteriors.posterior) or "none"
+            raise InputError(f"P-P plot: {name} has no true values; parameters with true values: {with_truth}")
+        draws, true = posteriors.posterior[name], number_array(f"P-P plot: true {name}", known[name], 1)
         if true.shape != draws.shape[2:]:
             raise InputError(f"P-P plot: expected the true {name} of {draws.shape[2]} touches, got {true.shape}")
         low, high = supports.get(name, (-np.inf, np.inf))
@@ -144,7 +149,7 @@ def pp_plot(
     posteriors: PosteriorsData,
     truth: Mapping[str, ArrayLike] | None = None,
     *,
-    names: Iterable[str] | None = None,
+    names: str | Iterable[str] | None = None,
     level: float = 0.95,
     axes: Axes | None = None,
 ) -> Axes:
@@ -155,8 +160,15 @@ def pp_plot(
 
     Parameters
     ----------
-    posteriors, truth, names
-        As in `shares_below`.
+    posteriors : TouchPosteriors
+        Posteriors of t touches, with their draws.
+    truth : mapping of (t,) array_like, optional
+        True values by parameter, in the units of the posteriors; NaN unknown. By default the reference values of
+        location and radius from the touch table; not those of the load, which is a reading and not a true value.
+        Touches whose true radius is at a limit of the prior (edge, flat) are left out of the curve of R, because the
+        share of draws below it is 0 or 1 for any posterior.
+    names : str or iterable of str, optional
+        Parameters to plot; by default all that have true values.
     level : float
         Probability of the band, which is drawn for the parameter with the fewest touches.
     axes : matplotlib Axes, optional
@@ -170,7 +182,8 @@ def pp_plot(
     Raises
     ------
     InputError
-        As in `shares_below`, or if the level is not between 0 and 1.
+        If these are no posteriors, a name is not a parameter, an array has the wrong length, no touch has a known true
+        value, only summaries were kept, or the level is not between 0 and 1.
 
     Examples
     --------
@@ -184,7 +197,7 @@ def pp_plot(
     >>> axes.get_xlabel()
     'share of draws below the truth'
     """
-    if not 0 < level < 1:
+    if not 0 < number_array("P-P plot: level", level, 0) < 1:
         raise InputError(f"P-P plot: expected a level between 0 and 1, got {level:g}")
     shares = shares_below(posteriors, truth, names)
     if axes is None:

@@ -91,7 +91,13 @@ def test_ends_of_the_prior_and_unknown_truths_are_left_out(posteriors: TouchPost
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"names": ["mu"]}, "mu is not among"),
+        ({"names": ["mu"]}, r"^P-P plot: mu is not among the parameters R, theta_c$"),
+        ({"truth": {"foo": [1.0]}}, r"^P-P plot: foo is not among the parameters R, theta_c$"),
+        ({"truth": {"theta": [1.0]}}, r"^P-P plot: theta is not among .*; did you mean theta_c\?$"),
+        ({"truth": {"R": np.ones(TOUCHES)}, "names": "theta_c"}, r"^P-P plot: theta_c has no true values; .*: R$"),
+        ({"truth": [1.0]}, r"^P-P plot: expected true values by parameter, such as \{'R': \[...\]\}, got \[1.0\]$"),
+        ({"truth": {"R": ["a"]}}, r"^P-P plot: true R: expected a list of numbers, got \['a'\]$"),
+        ({"level": "a"}, r"^P-P plot: level: expected a number, got 'a'$"),
         ({"truth": {"R": [1.0, 2.0]}}, "true R of 500 touches"),
         ({"truth": {"R": np.full(TOUCHES, np.nan)}}, "no touch has a known true value"),
         ({"level": 1.0}, "level between 0 and 1, got 1"),
