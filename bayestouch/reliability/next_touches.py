@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -157,7 +157,7 @@ def next_touches(
     count: int = 1,
     about: str | tuple[str, str] = "calibration",
     places: Touches | None = None,
-    quantities: Sequence[str] | None = None,
+    quantities: str | Sequence[str] | None = None,
 ) -> NextTouches:
     """Choose the touches that are expected to tell most, one after the other.
 
@@ -182,9 +182,9 @@ def next_touches(
     places : Touches, optional
         Touches that will be read, for ``about="places"``; by default a grid with the tips and the load of the
         calibration, over the places between the elements.
-    quantities : sequence of str, optional
+    quantities : str or sequence of str, optional
         Names of the parameters or coordinates whose standard deviations are to be lowered, such as ``("sigma", "mu")``
-        or ``("theta_c",)``; by default all parameters above, or R (x and y on a pad).
+        or ``"theta_c"``; by default all parameters above, or R (x and y on a pad).
 
     Returns
     -------
@@ -234,6 +234,7 @@ def next_touches(
         raise InputError('places: expected with about="places" only')
     if quantities is not None and about not in ("calibration", "places"):
         raise InputError("quantities: expected with standard deviations only, not with causes")
+    quantities = (quantities,) if isinstance(quantities, str) else quantities
     for name, given in (("candidates", candidates), ("places", places)):
         if not (given is None or isinstance(given, Touches)):
             raise InputError(f"{name}: expected Touches, as of candidate_touches, got {type(given).__name__}")
@@ -293,9 +294,9 @@ def _about_sds(
 def _check(names: Sequence[str] | None, known: list[str]) -> None:
     if names is None:
         return
-    unknown = [each for each in names if each not in known]
-    if unknown or not names or isinstance(names, str):
-        got = unknown[0] if unknown and not isinstance(names, str) else names
+    unknown = [each for each in names if each not in known] if isinstance(names, Iterable) else [names]
+    if unknown or not names:
+        got = unknown[0] if unknown else names
         question = nearest(str(got), known)
         raise InputError(f"quantities: expected names among {', '.join(known)}, got {shown(got)}{question}")
 

@@ -71,6 +71,7 @@ def test_quantities_are_those_that_are_named() -> None:
     one = calibrated("finger")
     every = bayestouch.next_touches(one, count=4)
     alone = bayestouch.next_touches(one, count=4, quantities=("mu",))
+    np.testing.assert_array_equal(bayestouch.next_touches(one, count=4, quantities="mu").after, alone.after)
     assert alone.quantities == ("mu",) and alone.after[-1, 0] <= every.after[-1, 1] * (1 + 1e-9)
     angle = bayestouch.next_touches(one, about="places", quantities=("theta_c", "P"))
     assert angle.quantities == ("theta_c", "P") and angle.units == ("degree", "N/m")
@@ -117,7 +118,9 @@ def test_the_probable_causes_differ_by_one_cause() -> None:
         ({"about": ("crosstalk", "outliers")}, "unknown cause 'outliers'"),
         ({"about": ("crosstalk",)}, "two names of causes"),
         ({"quantities": ("sigma", "nu")}, "names among sigma, mu, r_s, got 'nu'"),
-        ({"quantities": "sigma"}, "names among"),
+        ({"quantities": "sigmas"}, r"names among sigma, mu, r_s, got 'sigmas'; did you mean sigma\?$"),
+        ({"quantities": 3}, "names among sigma, mu, r_s, got 3"),
+        ({"quantities": ()}, r"names among sigma, mu, r_s, got \(\)"),
         ({"about": "places", "quantities": ("mu",)}, "names among R, theta_c, P"),
         ({"count": 0}, "count: expected from 1 to"),
         ({"count": 1000}, "count: expected from 1 to"),
