@@ -60,8 +60,10 @@ def calibrate(
         map of each element, readings of each element, curvature of the surface). By default ``"touch"`` and ``"place"``
         are compared, and the one that predicts held-out locations better is used; see docs/statistics.md. With effects,
         or with an empirical E map, it is ``"touch"``.
-    kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
-        Kernel of a pad; chosen by cross-validation on the calibration touches by default.
+    kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian", "constant"}, optional
+        Kernel of a pad; chosen by cross-validation on the calibration touches by default. ``"layer-line"`` and
+        ``"half-space-line"`` are for elements in a line only, with loads that are long across this line.
+        ``"constant"`` is 1 everywhere, so that an empirical map alone describes the response over location.
     priors : mapping of str to Prior, optional
         Priors in place of the default ones, by name of the parameter. Of a finger: ``sigma``, ``mu`` (MPa), ``r_s``
         (mm), ``theta_s`` (difference from the nominal angle, degree), ``response`` (absolute value, reading per N/m),

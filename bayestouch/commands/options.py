@@ -23,7 +23,7 @@ class OneOf(click.Choice[str]):
 
 
 CONTACTS = OneOf(["layer", "hertz", "approximate frictionless"])
-KERNELS = OneOf(["auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"])
+KERNELS = OneOf(["auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian", "constant"])
 
 
 def seeded(command: Command) -> Command:

@@ -21,7 +21,9 @@ import pytest
 from known_fingers import dataset, known_touches
 
 import bayestouch
+from bayestouch.chain.kernel_choice import kernel_names
 from bayestouch.commands.cli import cli, main
+from bayestouch.commands.options import KERNELS
 from bayestouch.data.dataset import save_dataset
 from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError
@@ -265,3 +267,10 @@ def test_a_check_in_a_notebook_escapes_names() -> None:
     named = replace(dataset(touches).sensor, name="<b>x</b>")
     html = bayestouch.check(bayestouch.DataSet(named, None, touches))._repr_html_()
     assert "<b>" not in html and "&lt;b&gt;" in html and "cannot be calibrated" in html
+
+
+def test_every_kernel_can_be_chosen_and_is_described() -> None:
+    """`kernel="constant"` could be given in Python alone, and nothing said so."""
+    assert sorted(KERNELS.choices) == sorted(["auto", *kernel_names(1)])
+    described = (bayestouch.calibrate.__doc__ or "").split("kernel : {")[1].split("}")[0]
+    assert sorted(described.replace('"', "").split(", ")) == sorted(KERNELS.choices)
