@@ -148,7 +148,9 @@ def simulate(
     effects : mapping of str to float, optional
         Effects to add, from the catalogue or from other packages. ``NAME`` sets the first parameter of an effect (as
         listed by `bayestouch effects NAME`), ``NAME.PARAMETER`` any of them: ``{"creep": 0.05, "creep.time": 3}``.
-        Amplitudes that are not given are zero; other parameters have the values of `SHAPES`.
+        State at least one amplitude of each effect: a parameter that does nothing at a value that this list names, such
+        as the first. An amplitude that is not stated has that value; any other parameter has the one that
+        docs/effects.md states. ``truth["effect_values"]`` has all of them.
     seed : int
         Seed of all random numbers, zero or larger.
 

@@ -36,8 +36,8 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
     Parameters
     ----------
     stated : mapping of str to float
-        ``NAME`` is the first parameter of that effect, ``NAME.PARAMETER`` any of them. Amplitudes that are not stated
-        are zero; other parameters have the values of `SHAPES`.
+        ``NAME`` is the first parameter of that effect, ``NAME.PARAMETER`` any of them. At least one amplitude of each
+        effect is stated; the others have the value at which they do nothing, and other parameters those of `SHAPES`.
     setting : Setting
         The sensor, and how it is touched.
 

@@ -58,6 +58,14 @@ def test_one_number_is_the_first_parameter_and_any_other_goes_by_its_name() -> N
     assert truth["effects"] == {"prober_eccentricity.cosine": 2.0}
 
 
+def test_amplitudes_that_are_not_stated_have_the_value_at_which_they_do_nothing() -> None:
+    """Any amplitude may be the one that is stated; the level of a saturation does nothing at infinity, not at zero."""
+    alone = simulate(SMALL, effects={"prober_eccentricity.cosine": 0.1}, seed=0).truth["effect_values"]
+    assert alone == {"prober_eccentricity.sine": 0.0, "prober_eccentricity.cosine": 0.1}
+    with pytest.raises(InputError, match=r"^effect saturation: expected a value of level too$"):
+        simulate(SMALL, effects={"saturation.knee": 40.0}, seed=0)
+
+
 def test_the_order_in_which_effects_are_named_does_not_count() -> None:
     one, other = {"memory": 0.2, "crosstalk": 0.05, "creep": 0.1}, {"creep": 0.1, "crosstalk": 0.05, "memory": 0.2}
     np.testing.assert_array_equal(readings(one), readings(other))
