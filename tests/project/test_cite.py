@@ -21,3 +21,10 @@ def test_citation_file_is_complete_and_the_page_agrees() -> None:
     for author in paper["authors"]:
         assert f"{author['family-names']}, {author['given-names']}".rstrip(".")[:16] in page
     assert f"year   = {{{paper['year']}}}" in page
+
+
+def test_the_page_names_the_key_of_the_version_in_a_report() -> None:
+    # every report has these keys: tests/end_to_end/test_reports.py
+    keys = (ROOT / "tests" / "end_to_end" / "report_keys_0.1.0.txt").read_text("utf-8").splitlines()
+    named = re.findall(r"`report\.json` as `([\w.]+)`", (ROOT / "docs" / "cite.md").read_text("utf-8"))
+    assert named == ["bayestouch.version"] and named[0] in keys
