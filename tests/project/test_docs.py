@@ -89,8 +89,8 @@ def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.
     for name in GIVEN:
         copy = shutil.copytree if (given / name).is_dir() else shutil.copy
         copy(given / name, tmp_path / name)
-    shutil.copytree(given / "my-finger", tmp_path / "before")
-    shutil.copytree(given / "my-finger", tmp_path / "after")
+    for name in ("own-finger", "before", "after"):
+        shutil.copytree(given / "my-finger", tmp_path / name)
     monkeypatch.chdir(tmp_path)
     matplotlib.use("Agg")
     # The same calls on fewer touches and elements: a page takes seconds, not minutes.
@@ -103,6 +103,23 @@ def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.
             run_commands(text)
         else:
             exec(compile(text, page, "exec", dont_inherit=True), names)
+
+
+def test_pages_that_are_followed_in_one_folder_do_not_write_over_each_other() -> None:
+    """The tutorial wrote touches of a channel over those of the finger, which other pages read."""
+    written = {
+        page: {
+            name
+            for language, text in blocks(ROOT / "docs" / f"{page}.md")
+            if language == "console"
+            for name in re.findall(r"(?:init| -o| --plot) (\S+)", text)
+        }
+        for page in ("quickstart", "calibrate_your_own", "tutorial")
+    }
+    assert {"my-finger", "calibration.nc", "posterior.nc"} <= written["quickstart"]
+    assert "own-finger" in written["calibrate_your_own"] and "channel-posterior.nc" in written["tutorial"]
+    names = [name for each in written.values() for name in each]
+    assert len(names) == len(set(names))
 
 
 def test_no_page_with_a_block_is_left_out() -> None:
