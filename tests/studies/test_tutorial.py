@@ -39,6 +39,12 @@ def test_numbers_of_the_text_are_printed_by_a_step() -> None:
     assert '"partly explained"' in prose and "Partly explained:" in printed
     assert "**Can its readings be trusted?** With care." in prose and 'the verdict "With care"' in prose
     assert "Can its readings be trusted? With care." in printed
+    size = re.search(r"did not reach its targets for the calibration \(effective sample size (\d+)", printed)
+    assert (
+        size
+        and "**The sampler did not reach its targets**" in prose
+        and f"count as {size[1]} independent ones" in prose
+    )
     before, after = map(float, re.search(r"location_rms_mm: ([\d.]+) -> ([\d.]+)", printed).groups())  # type: ignore[union-attr]
     assert "falls to about a third" in prose and 0.25 < after / before < 0.4
     before, after = map(float, re.search(r"P_rms_N: ([\d.]+) -> ([\d.]+)", printed).groups())  # type: ignore[union-attr]
