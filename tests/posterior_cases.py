@@ -56,6 +56,8 @@ def _rows(t: int, m: int, *axes: str) -> TouchRows:
         predicted=rng.normal(size=(t, m)),
         sd=np.full((t, m), 0.1),
         counts=rng.integers(0, 20, size=(t, m)),
+        samples=np.full(t, 21.0),
+        load_reads=np.resize([21.0, 1.0], t),
     )
 
 

@@ -45,7 +45,7 @@ def same(mine: TouchPosteriors, other: TouchPosteriors) -> None:
         assert set(first) == set(second)
         for key in first:
             np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
-    for name in ("touch", "observed", "predicted", "sd", "counts", "load", "radius_mm"):
+    for name in ("touch", "observed", "predicted", "sd", "counts", "samples", "load", "load_reads", "radius_mm"):
         np.testing.assert_array_equal(getattr(mine.rows, name), getattr(other.rows, name))
     assert mine.settings == other.settings
     assert mine.notes == other.notes

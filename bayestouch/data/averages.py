@@ -50,6 +50,9 @@ class TouchMeans(Summarised):
         was read twice.
     repeats_equal : bool
         Whether there are readings that were made again, and none of them ever differs.
+    raw_reads : array, shape (t,), or None
+        Number of raw reads of the element that was read most, without regard to the noise of a rest reading; None if
+        it is that of `counts`.
     """
 
     touch: IntArray
@@ -68,6 +71,7 @@ class TouchMeans(Summarised):
     load_error_variance: float = np.nan
     load_error_dof: float = 0.0
     repeats_equal: bool = False
+    raw_reads: FloatArray | None = None
 
     @property
     def n_touches(self) -> int:
@@ -82,9 +86,13 @@ class TouchMeans(Summarised):
     @property
     def reads_of_load(self) -> FloatArray:
         """Number of raw reads of each mean load, (t,), at least 1; that of the readings where it is not known."""
-        of_readings = self.counts.max(axis=1)
-        known = of_readings if self.load_reads is None else self.load_reads
-        return np.asarray(np.maximum(np.where(known > 0, known, of_readings), 1.0))
+        known = self.samples if self.load_reads is None else self.load_reads
+        return np.asarray(np.maximum(np.where(known > 0, known, self.samples), 1.0))
+
+    @property
+    def samples(self) -> FloatArray:
+        """Number of raw reads of each touch, (t,): its samples, each with its `reads`."""
+        return np.asarray(self.counts.max(axis=1) if self.raw_reads is None else self.raw_reads, dtype=np.float64)
 
     @cached_property
     def location(self) -> FloatArray:
@@ -145,12 +153,13 @@ def average(touches: SampleRows) -> TouchMeans:
     inner = np.where(known_reads, reads - 1, 1.0)
 
     m = touches.n_elements
-    means, counts = np.full((n, m), np.nan), np.zeros((n, m))
+    means, counts, raw_reads = np.full((n, m), np.nan), np.zeros((n, m)), np.zeros(n)
     variance, dof, equal = np.full(m, np.nan), np.zeros(m), np.zeros(m, dtype=bool)
     for k in range(m):
         some = ~np.isnan(values[:, k])
         means[:, k] = grouped_mean(values[:, k], group, n, reads)
         counts[:, k] = np.bincount(group[some], weights=reads[some], minlength=n)
+        raw_reads = np.maximum(raw_reads, counts[:, k])
         if touches.rest_reads is not None:
             of_rest = first_of(touches.rest_reads[rows, k], group, n)
             counts[:, k] = np.where(np.isnan(of_rest), counts[:, k], counts[:, k] / (1 + counts[:, k] / of_rest))
@@ -185,6 +194,7 @@ def average(touches: SampleRows) -> TouchMeans:
         load_error_variance=load_variance,
         load_error_dof=load_dof,
         repeats_equal=bool(equal.any()) and not dof.any(),
+        raw_reads=raw_reads,
     )
 
 

@@ -195,6 +195,8 @@ def finger_calibration(
         predicted=fit.predicted,
         sd=fit.sd,
         counts=means.counts[used],
+        samples=means.samples[used],
+        load_reads=means.reads_of_load[used],
     )
     typical = float(np.nanmean(rows.load))
     covariance = np.cov(linear_vectors(layout_, fit.likelihood.sign, vectors).T)

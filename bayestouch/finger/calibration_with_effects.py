@@ -140,6 +140,8 @@ def touch_rows(fitted: Fitted, spread: Noise) -> TouchRows:
         predicted=predicted,
         sd=spread.mean_sd(counts, predicted),
         counts=counts,
+        samples=means.samples,
+        load_reads=means.reads_of_load,
     )
 
 

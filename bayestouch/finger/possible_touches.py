@@ -31,7 +31,7 @@ def possible_touches(known: Observations, load: FloatArray) -> PossibleTouches:
     places = np.linspace(means.angle_deg.min(), means.angle_deg.max(), LOCATIONS)
     loads = np.array([load.min(), np.median(load), load.max()])
     tip, place, force = (axis.ravel() for axis in np.meshgrid(tips, places, loads, indexing="ij"))
-    n, reads = len(tip), float(np.median(means.counts.max(axis=1)))
+    n, reads = len(tip), float(np.median(means.samples))
     rows = table.select(np.zeros(n, dtype=np.int64))
     rows = rows.with_(
         touch=np.arange(n),

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.data.arrays import responding
+from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once, responding
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
 from bayestouch.model.body import body_of
+from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration
 
 # Columns of places, of all bodies.
@@ -20,9 +22,10 @@ PLACES = ("angle_deg", "x_mm", "y_mm")
 def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
     """Planned touches, one row each; the readings of the table are not used.
 
-    The number of samples of a touch is that of its rows, each with its `reads`. Loads are as the force sensor reads
-    them. A load that is not stated is the mean load of the calibration, or 1 if none was measured. Readings are zero,
-    and NaN for an element without readings in the calibration.
+    The number of samples of a touch is that of its rows, each with its `reads`. Their means have the noise of a rest
+    reading like that of the calibration touches, if these have rest readings of their own. Loads are as the force
+    sensor reads them. A load that is not stated is the mean load of the calibration, or 1 if none was measured.
+    Readings are zero, and NaN for an element without readings in the calibration.
 
     Raises
     ------
@@ -46,7 +49,23 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
     others = dict.fromkeys(set(PLACES) - set(body.location_columns))
     usual = usual_load(calibration)
     load = np.where(np.isnan(means.load), 1.0 if np.isnan(usual) else usual, means.load)
-    return one_row_each(means, touch=np.arange(means.n_touches), load=load, **others).averaged()
+    rest_reads = np.tile(_own_rest_reads(rows), (means.n_touches, 1))
+    planned = one_row_each(means, touch=np.arange(means.n_touches), load=load, rest_reads=rest_reads, **others)
+    return planned.averaged()
+
+
+def _own_rest_reads(rows: TouchRows) -> FloatArray:
+    """Number of raw reads behind the rest reading of a touch of its own, (m,): median; NaN where touches have none.
+
+    n samples minus a rest reading of k reads have the noise of c reads, 1/c = 1/n + 1/k.
+    """
+    read = rows.counts > 0
+    share = np.where(read, 1 / read_once(rows.counts) - 1 / read_once(rows.samples)[:, None], np.nan)
+    out = np.full(share.shape[1], np.nan)
+    alive = read.any(axis=0)
+    typical = np.nanmedian(share[:, alive], axis=0)
+    out[alive] = np.divide(1.0, typical, out=np.full(len(typical), np.nan), where=typical > 0)
+    return out
 
 
 def usual_load(calibration: Calibration) -> float:
@@ -63,7 +82,7 @@ def one_row_each(means: TouchMeans, **changed: Any) -> Touches:
         "time_s": means.time_s,
         "indenter_radius_mm": means.indenter_radius_mm,
         "load": means.load,
-        "reads": means.counts.max(axis=1),
+        "reads": means.samples,
         **{name: getattr(means, name) for name in PLACES},
     }
     return touches_from(contact=1.0, **(columns | changed))

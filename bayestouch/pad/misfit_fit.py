@@ -41,8 +41,8 @@ def fit_misfit(
         Reading minus kernel, in the unit of the readings.
     signal : (n, m) array
         Expected reading minus offset.
-    counts : (n, m) int array
-        Number of raw readings of each mean; 0 where missing.
+    counts : (n, m) array
+        Number of raw reads with the noise of each mean; 0 where missing.
     noise : Noise
         Noise of the readings. Its tactile noise is known from repeats; discrepancy and share of the signal are fitted
         too.

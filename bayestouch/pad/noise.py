@@ -32,8 +32,8 @@ class LeftOut:
         Variance of the prediction, without the noise of the reading itself.
     signal : (n, m) array
         Expected reading minus offset.
-    counts : (n, m) int array
-        Number of raw readings in each mean.
+    counts : (n, m) array
+        Number of raw reads with the noise of each mean.
     load : (n,) array
         Loads; all are 1 if none was measured.
     load_share : (n,) array

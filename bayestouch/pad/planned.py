@@ -9,7 +9,7 @@ the values of the effects count as known.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,7 +113,7 @@ def _known(calibration: Calibration) -> TouchMeans:
         reads=read_once(rows.counts.max(axis=1)),
         **columns,
     )
-    return table.averaged()
+    return replace(table.averaged(), load_reads=rows.load_reads)
 
 
 def _chain(calibration: Calibration, priors: PadPriors) -> tuple[PadChain, tuple[Prior, ...]]:

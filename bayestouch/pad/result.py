@@ -87,6 +87,8 @@ def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:
         predicted=known.readings - left_out.residual,
         sd=np.sqrt(variance),
         counts=known.counts,
+        samples=known.samples,
+        load_reads=known.reads_of_load,
     )
 
 

@@ -43,6 +43,7 @@ def candidate_touches(
         calibration.
     samples : int, optional
         Samples that are averaged in a touch; by default the median of the calibration, rounded.
+        Where the calibration touches have rest readings of their own, planned touches have such a one, too.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def candidate_touches(
         raise InputError("tips_mm: expected radii of zero and larger, and at least one")
     load = np.array([usual_load(calibration)]) if loads is None else np.atleast_1d(number_array("loads", loads, 0, 1))
     if samples is None:
-        samples = round(float(np.median(rows.counts.max(axis=1))))
+        samples = round(float(np.median(rows.samples)))
     require_whole("samples", samples, 1)
     # Beyond this load a finger has no contact table; a pad has no such limit.
     largest = float(calibration.settings.get("largest_load", np.inf))

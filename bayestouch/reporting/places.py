@@ -14,9 +14,18 @@ PREDICTED = "Predicted from the calibration alone, before any touch is read: sma
 
 
 def typical_samples(evidence: Evidence) -> int:
-    """Median number of raw readings in a touch."""
-    counts = evidence.posteriors.rows.counts
-    return int(max(np.median(counts[counts > 0]), 1)) if (counts > 0).any() else 1
+    """Median number of raw reads in a touch."""
+    return _median(evidence.posteriors.rows.samples)
+
+
+def typical_reads(evidence: Evidence) -> int:
+    """Median number of raw reads with the noise of a mean reading, with that of a rest reading of the touch's own."""
+    return _median(evidence.posteriors.rows.counts)
+
+
+def _median(reads: FloatArray) -> int:
+    """Median of the numbers above zero as a whole number, at least 1."""
+    return int(max(np.median(reads[reads > 0]), 1)) if (reads > 0).any() else 1
 
 
 def rounded_columns(columns: dict[str, FloatArray]) -> dict[str, list[float | None]]:

@@ -115,8 +115,7 @@ def reference_ranks(evidence: Evidence) -> Iterator[tuple[str, str, FloatArray]]
     unseen = evidence.without_load
     if unseen is not None and "P" in unseen.posterior:
         measured = posteriors.rows.load
-        reads = np.maximum(unseen.rows.counts.max(axis=1), 1)
-        sd = evidence.calibration.noise.mean_load_sd(reads)
+        sd = evidence.calibration.noise.mean_load_sd(posteriors.rows.load_reads)
         noise = np.random.default_rng(evidence.seed).standard_normal(unseen.posterior["P"].shape)
         draws = unseen.posterior["P"] + np.where(np.isfinite(sd), sd, 0.0) * noise
         yield "P", units["P"], _ranks(draws - measured, measured)

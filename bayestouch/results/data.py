@@ -40,8 +40,11 @@ class TouchRows(Summarised):
         Measured load, N/m (finger) or N (pad); NaN where not measured or not used.
     observed, predicted, sd : (t, m) arrays
         Mean reading, predicted reading and standard deviation of their difference, in the sensor's unit.
-    counts : (t, m) int array
-        Number of raw readings in each mean.
+    counts : (t, m) array
+        Number of raw reads with the noise of each mean; less than `samples` where a touch has a rest reading of its
+        own, whose noise is in the mean. 0 where there is no reading.
+    samples, load_reads : (t,) arrays
+        Number of raw reads of the elements in each touch, and of the force sensor in its mean load, at least 1.
     """
 
     touch: NDArray[np.int64]
@@ -52,6 +55,8 @@ class TouchRows(Summarised):
     predicted: FloatArray
     sd: FloatArray
     counts: FloatArray
+    samples: FloatArray
+    load_reads: FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)

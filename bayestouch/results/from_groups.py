@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import numpy as np
+
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
@@ -14,7 +16,7 @@ from bayestouch.priors.parameter_text import parameters_from_json
 from bayestouch.results.arrays import array_of, arrays_of, group_of
 from bayestouch.results.data import TouchRows
 from bayestouch.results.draws_on_file import DrawsOnFile, NoDraws
-from bayestouch.results.groups import ROW_ARRAYS, Attributes, Groups
+from bayestouch.results.groups import ROW_ARRAYS, ROW_READS, Attributes, Groups
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.schema import GROUPS, LOG_DENSITY
 from bayestouch.results.summaries import STATISTICS
@@ -117,6 +119,10 @@ def _rows(groups: Groups, sensor: Sensor) -> TouchRows:
     touch = array_of(rows, "touch", (-1,), "iu")
     shape = (len(touch), sensor.n_elements)
     arrays = {name: array_of(rows, name, shape) for name in ROW_ARRAYS}
+    # Rest readings had no noise in these files, and each sample had its own load.
+    samples = arrays["counts"].max(axis=1, initial=0).astype(float)
+    unknown = {"samples": samples, "load_reads": np.maximum(samples, 1.0)}
+    reads = {name: array_of(rows, name, shape[:1]) if name in rows else unknown[name] for name in ROW_READS}
     return TouchRows(
         touch=touch,
         location={
@@ -128,6 +134,7 @@ def _rows(groups: Groups, sensor: Sensor) -> TouchRows:
         load=array_of(observed, "load", shape[:1]),
         observed=array_of(observed, "reading", shape),
         **arrays,
+        **reads,
     )
 
 

@@ -36,6 +36,8 @@ FORMAT = "2"
 READABLE = ("1", FORMAT)
 
 ROW_ARRAYS = ("predicted", "sd", "counts")
+#: Number of reads of a touch. Files of 0.1.0 do not have them.
+ROW_READS = ("samples", "load_reads")
 #: Variables by touch (and element) of the groups that are written on request.
 OF_TOUCHES = ("reading", "load", "whole_touch")
 
@@ -138,7 +140,7 @@ def _row_groups(rows: TouchRows, units: Mapping[str, str], touch: Mapping[str, x
         "rows": dataset(
             by_element
             | {f"location_{name}": (("touch",), values) for name, values in location.items()}
-            | {"radius_mm": (("touch",), rows.radius_mm)},
+            | {name: (("touch",), getattr(rows, name)) for name in ("radius_mm", *ROW_READS)},
             units,
         ).assign_coords(touch),
     }

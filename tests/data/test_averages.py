@@ -65,6 +65,17 @@ def test_location_of_a_touch_on_a_pad() -> None:
     np.testing.assert_array_equal(means.select(np.array([4, 1])).location, means.location[[4, 1]])
 
 
+def test_samples_are_counted_without_the_noise_of_a_rest_reading() -> None:
+    """Touch 0: two rows of 3 and 9 reads, minus the mean of 4 reads at rest; touch 1: a row without a rest reading."""
+    rest = np.array([[4.0], [4.0], [np.nan]])
+    means = touches_from([0, 0, 1], np.zeros((3, 1)), reads=np.array([3.0, 9.0, 5.0]), rest_reads=rest).averaged()
+    np.testing.assert_allclose(means.counts, [[12 * 4 / (12 + 4)], [5.0]])
+    np.testing.assert_array_equal(means.samples, [12.0, 5.0])
+    # No load was read: as often as the elements.
+    np.testing.assert_array_equal(means.reads_of_load, [12.0, 5.0])
+    np.testing.assert_array_equal(means.select(np.array([1])).samples, [5.0])
+
+
 def test_one_load_in_all_rows_is_one_reading_of_the_force_sensor() -> None:
     """Touch 0 has one load written into its three rows, touch 1 three loads, touch 2 one row, touch 3 two of each."""
     load = np.array([5.0, 5.0, 5.0, 1.0, 2.0, 3.0, 7.0, np.nan, 4.0, 4.0, np.nan])

@@ -52,7 +52,8 @@ def test_touches_that_are_considered(monkeypatch: pytest.MonkeyPatch) -> None:
     means = SimpleNamespace(
         angle_deg=np.array([-20.0, 30.0, 5.0]),
         indenter_radius_mm=np.array([6.0, np.inf, 6.0]),
-        counts=np.array([[3, 0], [4, 5], [9, 2]]),
+        counts=np.array([[1.5, 0], [2, 2.5], [3, 1]]),
+        samples=np.array([3.0, 5.0, 9.0]),
     )
     known = SimpleNamespace(table=table, means=means, unit="s", history="h", span=(3.0, 70.0), sessions=())
     monkeypatch.setattr(possible, "Observations", SimpleNamespace(of=lambda *given: given))

@@ -205,7 +205,7 @@ def test_angles_are_compared_around_the_circle() -> None:
     def posteriors(reference: np.ndarray) -> TouchPosteriors:
         of = np.zeros((4, 1))
         place = {"theta_c": reference}
-        rows = TouchRows(np.arange(4), place, np.full(4, 3.9), np.ones(4), of, of, of + 1, of.astype(int))
+        rows = TouchRows(np.arange(4), place, np.full(4, 3.9), np.ones(4), of, of, of + 1, of, np.zeros(4), np.ones(4))
         return TouchPosteriors(
             sensor=FINGER,
             parameters=(Parameter("theta_c", "θ", "θ", "degree", Uniform(0, 360)),),

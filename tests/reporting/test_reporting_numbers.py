@@ -160,10 +160,14 @@ def test_coverage() -> None:
 
 
 def test_load_is_ranked_among_draws_of_the_sensors_reading() -> None:
-    """Draws of no spread at 5, noise of 0.4/sqrt(4): a reading one sd higher has 84 % of them below it."""
+    """Draws of no spread at 5, noise of 0.4/sqrt(4): a reading one sd higher has 84 % of them below it.
+
+    What counts is how often the force sensor was read, not how often the elements were.
+    """
     n = 20_000
-    unseen = posteriors({"P": np.full((n, 2), 5.0).tolist()}, rows=SimpleNamespace(counts=np.array([[4, 1], [0, 16]])))
-    made = evidence(posteriors=posteriors({"P": [[5.0, 5.0]]}, rows=SimpleNamespace(load=np.array([5.2, 5.1]))))
+    unseen = posteriors({"P": np.full((n, 2), 5.0).tolist()}, rows=SimpleNamespace(counts=np.full((2, 2), 100.0)))
+    read = SimpleNamespace(load=np.array([5.2, 5.1]), load_reads=np.array([4.0, 16.0]))
+    made = evidence(posteriors=posteriors({"P": [[5.0, 5.0]]}, rows=read))
     made.without_load, made.seed = unseen, 0
     made.calibration = SimpleNamespace(noise=Noise(np.ones(2), np.zeros(2), 0.0, 0.4))
     ((name, unit, rank),) = trust.reference_ranks(made)
@@ -181,8 +185,8 @@ def test_plugged_in_beside_propagated() -> None:
             "R": [[0.0, 0.0], [2 * width] * 2],
             "P": [[0.0, 0.0], [9.0, 9.0]],
         }
-        made = posteriors(one, rows=SimpleNamespace(radius_mm=np.full(2, 3.0), load=np.full(2, NAN)))
-        unseen = posteriors({"P": [[0.0, 0.0], [4 * width] * 2]}, rows=SimpleNamespace(counts=np.ones((2, 1))))
+        rows = SimpleNamespace(radius_mm=np.full(2, 3.0), load=np.full(2, NAN), load_reads=np.ones(2))
+        made, unseen = posteriors(one, rows=rows), posteriors({"P": [[0.0, 0.0], [4 * width] * 2]})
         noise = SimpleNamespace(noise=Noise(np.ones(1), np.zeros(1)))
         return evidence(
             posteriors=made, without_load=unseen, plug_in=plug_in, counterpart=None, calibration=noise, seed=0
@@ -235,10 +239,12 @@ def test_standardised_residuals() -> None:
 
 
 def test_places() -> None:
-    counts = np.array([[0, 4], [9, 1]])
-    assert places.typical_samples(evidence(posteriors=SimpleNamespace(rows=SimpleNamespace(counts=counts)))) == 4
-    empty = SimpleNamespace(rows=SimpleNamespace(counts=np.zeros((2, 2))))
-    assert places.typical_samples(evidence(posteriors=empty)) == 1
+    """20 samples minus a rest reading of 5 reads have the noise of 4 reads."""
+    rows = SimpleNamespace(counts=np.array([[0, 4], [9, 1]]), samples=np.array([20.0, 0.0]))
+    made = evidence(posteriors=SimpleNamespace(rows=rows))
+    assert (places.typical_samples(made), places.typical_reads(made)) == (20, 4)
+    empty = evidence(posteriors=SimpleNamespace(rows=SimpleNamespace(counts=np.zeros((2, 2)), samples=np.zeros(2))))
+    assert (places.typical_samples(empty), places.typical_reads(empty)) == (1, 1)
     assert places.rounded(np.array([[1.234567, np.inf], [-0.00123456789, 12345678.0]])) == [
         [1.2346, None],
         [-0.0012346, 12346000.0],

@@ -60,8 +60,9 @@ def posteriors_of(calibration: Calibration, radius: NDArray[np.float64], seed: i
     blank = np.zeros((t, m))
     # The force sensor adds its own noise to the load, which its draws do not know of.
     load = reference["P"] + calibration.noise.force_sd * rng.standard_normal(t)
+    counts, reads = np.ones((t, m)), np.ones(t)
     rows = TouchRows(
-        np.arange(t), {"theta_c": reference["theta_c"]}, radius, load, blank, blank, blank + 1, np.ones((t, m), int)
+        np.arange(t), {"theta_c": reference["theta_c"]}, radius, load, blank, blank, blank + 1, counts, reads, reads
     )
     parameters = tuple(Parameter(n, n, n, "mm", Uniform(0, 1)) for n in centre)
     return TouchPosteriors(calibration.sensor, parameters, draws, {}, reference, rows, {})

@@ -39,7 +39,7 @@ def posteriors() -> TouchPosteriors:
         },
         sample_stats={},
         reference={"R": radius, "theta_c": np.mod(angle + 180, 360) - 180, "P": np.full(TOUCHES, 200.0)},
-        rows=TouchRows(np.arange(TOUCHES), {}, radius, radius, empty, empty, empty, np.zeros((TOUCHES, 7), np.int64)),
+        rows=TouchRows(np.arange(TOUCHES), {}, radius, radius, empty, empty, empty, empty, radius, radius),
         settings={},
     )
 

@@ -61,7 +61,7 @@ def test_an_index_is_that_of_numpy(posteriors: bayestouch.TouchPosteriors, index
     for group, arrays in posteriors.groups.items():
         for key, values in arrays.items():
             np.testing.assert_array_equal(some.groups[group][key], values[:, :, expected], err_msg=key)
-    for name in ("touch", "radius_mm", "load", "observed", "predicted", "sd", "counts"):
+    for name in ("touch", "radius_mm", "load", "observed", "predicted", "sd", "counts", "samples", "load_reads"):
         np.testing.assert_array_equal(getattr(some.rows, name), getattr(posteriors.rows, name)[expected], err_msg=name)
     np.testing.assert_array_equal(some.rows.location["theta_c"], PLACES[expected])
     assert some.tips is not None and posteriors.tips is not None

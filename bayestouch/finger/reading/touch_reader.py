@@ -204,6 +204,8 @@ class FingerTouchReader:
             predicted=predicted,
             sd=self.sampler.noise.mean_sd(block.readings.counts, predicted),
             counts=block.readings.counts,
+            samples=means.samples,
+            load_reads=means.reads_of_load,
         )
         tips = None
         if log_probability is not None and isinstance(radius, RadiusOfTips):

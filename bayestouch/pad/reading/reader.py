@@ -35,8 +35,8 @@ class PadTouches:
     ----------
     readings : (t, m) array
         Mean readings minus the rest reading; arbitrary where missing.
-    counts : (t, m) int array
-        Number of raw readings in each mean, 0 where missing.
+    counts : (t, m) array
+        Number of raw reads with the noise of each mean, 0 where missing.
     load, load_sd : (t,) arrays
         Prior mean and standard deviation of each acting load: from its measurement, else from the calibration.
     load_scatter : float
@@ -244,8 +244,8 @@ class PadReader:
             Location, mm.
         load : (...) array
             Load, N, or relative to that of the calibration.
-        counts : (..., m) int array
-            Number of raw readings in the mean; where it is 0, the variance is set to 1.
+        counts : (..., m) array
+            Number of raw reads with the noise of the mean; where it is 0, the variance is set to 1.
         """
         sensitivity, variance, covariance = self.map.at(location, load)
         signal = load[..., None] * sensitivity

@@ -180,6 +180,8 @@ class PadTouchReader:
             predicted=predicted,
             sd=sd,
             counts=touches.counts,
+            samples=block.samples,
+            load_reads=block.reads_of_load,
         )
         model = PadTouchModel(reader, touches, self.parameters, block.load, load, effects)
         return Estimates(posterior, stats, {**location, "P": load}, rows, model=model)

@@ -10,7 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.data.sensor import Finger, finger_of
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.places import place_at, rounded_columns, typical_samples
+from bayestouch.reporting.places import place_at, rounded_columns, typical_reads, typical_samples
 
 #: Tips for the prediction if the touches do not state their tips, r_c in mm.
 TIPS = (0.0, 1.0, 3.0, 10.0, np.inf)
@@ -28,13 +28,13 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     from bayestouch.reliability import KnownFinger, distinguished, sweet_spots, threshold_radii
 
     known = KnownFinger.of(evidence.calibration)
-    samples = typical_samples(evidence)
+    reads = typical_reads(evidence)
     elements = np.sort(np.degrees(known.chain.angle))
     pitch = float(np.median(np.diff(elements))) if len(elements) > 1 else 10.0
     angle = np.linspace(elements[0] - pitch / 2, elements[-1] + pitch / 2, _ALONG)
     tips = known_indenters(evidence.posteriors.rows.radius_mm)
     tips = np.array(TIPS) if len(tips) < 2 else tips
-    touches: Any = {"samples": samples, "use_load": _load_is_read(evidence, known.n_elements)}
+    touches: Any = {"samples": reads, "use_load": _load_is_read(evidence, known.n_elements)}
     spots = sweet_spots(known, tips, angle, **touches)
     threshold = threshold_radii(known, angle, **touches)
     right = distinguished(known, tips, angle, **touches)
@@ -53,6 +53,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     return {
         "body": "finger",
         **touches,
+        "samples": typical_samples(evidence),
         "body_mm": _body(finger_of(evidence.sensor)),
         "elements_deg": np.degrees(known.chain.angle),
         "tips": [indenter_name(float(tip)) for tip in tips],

@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.pad.locations import element_places
-from bayestouch.reporting.places import place_at, rounded_columns, typical_samples
+from bayestouch.reporting.places import place_at, rounded_columns, typical_reads, typical_samples
 
 # Number of steps along a line, and along each side of a plane.
 _ALONG, _ACROSS = 121, 41
@@ -20,11 +20,10 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     from bayestouch.reliability import pad_spots
 
     reader = PadReader.from_calibration(evidence.calibration)
-    samples = typical_samples(evidence)
     low, high = np.asarray(reader.map.low), np.asarray(reader.map.high)
     axes = [np.linspace(a, b, _ALONG if len(low) == 1 else _ACROSS) for a, b in zip(low, high, strict=True)]
     where = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
-    spots, lasting = (pad_spots(reader, where, reads=reads) for reads in (samples, np.inf))
+    spots, lasting = (pad_spots(reader, where, reads=reads) for reads in (typical_reads(evidence), np.inf))
     places = element_places(evidence)
     inside = ((where >= places.min(axis=0)) & (where <= places.max(axis=0))).all(axis=1)
     within = "the array of elements" if inside.any() else "the calibrated region"
@@ -44,7 +43,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     rows = np.flatnonzero(inside)
     return {
         "body": "pad",
-        "samples": samples,
+        "samples": typical_samples(evidence),
         "size_mm": {axis: float(b - a) for axis, a, b in zip("xy", low, high, strict=False)},
         "by_location": rounded_columns(columns),
         "elements_mm": places,

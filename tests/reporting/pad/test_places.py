@@ -31,10 +31,11 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
     monkeypatch.setattr(PadReader, "from_calibration", lambda _calibration: reader)
     monkeypatch.setattr("bayestouch.reliability.pad_spots", spots)
     monkeypatch.setattr(places, "element_places", lambda _evidence: np.array([[30.0], [90.0]]))
-    monkeypatch.setattr(places, "typical_samples", lambda _evidence: 4)
+    monkeypatch.setattr(places, "typical_samples", lambda _evidence: 20)
+    monkeypatch.setattr(places, "typical_reads", lambda _evidence: 4)
     found = places.about_places(cast(Any, SimpleNamespace(calibration=None)))
     assert (found["best"]["x_mm"], found["worst"]["x_mm"]) == pytest.approx((30.0, 90.0))
-    assert found["within"] == "the array of elements"
+    assert found["within"] == "the array of elements" and found["samples"] == 20
     assert found["inside_rms_mm"] == pytest.approx(np.sqrt(np.mean(np.arange(30, 91) ** 2)) / 10)
     # a standard deviation of 0.8 of the error is left of infinitely many samples
     assert found["shared_percent"] == pytest.approx(64.0)
