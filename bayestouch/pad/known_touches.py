@@ -39,7 +39,7 @@ def prior_of_loads(load: FloatArray) -> tuple[float, float]:
 
 def counted_samples(touches: Touches, samples: str) -> Touches:
     """The samples of each touch that count: all for ``"mean"``, or only the ``"first"`` or ``"last"`` in contact."""
-    return touches if samples == "mean" else touches.select(_one_row_each(touches, samples))
+    return touches if samples == "mean" else touches.select(np.sort(_one_row_each(touches, samples)))
 
 
 def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
@@ -110,13 +110,13 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
 
 
 def _one_row_each(touches: Touches, which: str) -> IntArray:
-    """Index of the row of the first or last sample in contact of each touch."""
+    """Index of the row of the first or last sample in contact of each touch, by the number of the touch."""
     rows = np.flatnonzero(touches.in_contact)
     order = np.lexsort((touches.sample[rows], touches.touch[rows]))
     if which == "last":
         order = order[::-1]
     _, at = np.unique(touches.touch[rows][order], return_index=True)
-    return np.sort(rows[order][at])
+    return rows[order][at]
 
 
 def location_spacing(location: FloatArray) -> float:

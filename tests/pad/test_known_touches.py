@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayestouch.data.touches import touches_from
-from bayestouch.pad.known_touches import choose_samples, readings_without_load
+from bayestouch.pad.known_touches import choose_samples, counted_samples, readings_without_load
 
 
 @pytest.mark.parametrize("silent", [0.0, np.nan])
@@ -19,6 +19,20 @@ def test_an_element_without_a_signal_hides_no_creep(silent: float) -> None:
     samples, why = choose_samples(touches)
     assert samples == "first"
     assert "+4.88%" in why and "nan" not in why
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_creep_is_found_in_rows_of_any_order(seed: int) -> None:
+    """Each touch is compared with itself; the rows that count stay in the order of the table."""
+    shuffled = np.random.default_rng(seed).permutation(30)
+    touch, sample = np.repeat(np.arange(10), 3)[shuffled], np.tile([0, 1, 2], 10)[shuffled]
+    readings = 100.0 * (1 + touch) * (1 + 0.025 * sample)
+    touches = touches_from(touch, readings[:, None], sample=sample, x_mm=touch.astype(float), load=1.0)
+    samples, why = choose_samples(touches)
+    assert samples == "first"
+    assert "+4.88% ± 0.00% of the signal" in why
+    for which, number in (("first", 0), ("last", 2)):
+        np.testing.assert_array_equal(counted_samples(touches, which).touch, touch[sample == number])
 
 
 @pytest.mark.parametrize("repeated", [True, False])
