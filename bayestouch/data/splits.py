@@ -21,9 +21,10 @@ def checkerboard(touches: Touches, cell: float | None = None) -> BoolArray:
     """Return a mask of the rows for calibration: touches in alternate cells of location.
 
     Along a line or around a finger every other cell is chosen; in the plane, the cells of one colour of a
-    checkerboard. All rows of a touch are in the same part: the first location in contact decides or, if there is
-    none, the first location. All touches at one location are in the same part. Angles that differ by a full turn are
-    one location.
+    checkerboard. On a staggered grid, whose touches are all in cells of one colour, every other touch along each line
+    is chosen. All rows of a touch are in the same part: the first location in contact decides or, if there is none,
+    the first location. All touches at one location are in the same part. Angles that differ by a full turn are one
+    location.
 
     Parameters
     ----------
@@ -50,10 +51,13 @@ def checkerboard(touches: Touches, cell: float | None = None) -> BoolArray:
     if cell is not None and not (np.isfinite(cell) and cell > 0):
         raise InputError(f"expected a cell above zero, got {cell!r}")
     side = default_cell(touches) if cell is None else cell
-    index = np.zeros(len(located), dtype=np.int64)
-    for values in coordinates:
-        index[located] += _lines(values[located]) if side is None else _cells(values[located], side)
-    chosen = located & (index % 2 == 0)
+    cells = [_lines(values[located]) if side is None else _cells(values[located], side) for values in coordinates]
+    colour = np.sum(cells, axis=0) % 2
+    if (colour == colour[0]).all():
+        # a staggered grid: along x, its touches are two cells apart
+        colour = np.sum([cells[0] // 2, *cells[1:]], axis=0) % 2
+    chosen = np.zeros(len(located), dtype=np.bool_)
+    chosen[located] = colour == 0
     if not (located & ~chosen).any() or not chosen.any():
         raise InputError("all touches are in one cell: nothing is left to be held out (give calibration.csv)")
     return np.asarray(chosen[group], dtype=np.bool_)

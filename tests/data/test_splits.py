@@ -95,6 +95,19 @@ def test_touches_without_a_place_are_not_chosen() -> None:
     assert checkerboard(along([np.nan, 0.0, 1.0, np.nan])).tolist() == [False, True, False, False]
 
 
+@pytest.mark.parametrize("cell", [None, 1.0])
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_staggered_grid_is_split(first: int, cell: float | None) -> None:
+    """Every other line is shifted by half a step, so that all places are on one colour of a checkerboard.
+
+    Along each line every other place calibrates.
+    """
+    places = [(2 * i + (j + first) % 2, j) for j in range(4) for i in range(4)]
+    chosen = checkerboard(plane(*np.array(places, dtype=float).T), cell)
+    wanted = [[True, False, True, False], [False, True, False, True]] * 2
+    np.testing.assert_array_equal(chosen.reshape(4, 4), wanted)
+
+
 @pytest.mark.parametrize(
     ("touches", "cell", "message"),
     [
