@@ -11,6 +11,7 @@ noise has the factor ``s^-ν exp(-W/2s²)``. This is exact, because mean and sca
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -23,6 +24,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.noise_grid import masses_on_grid
 from bayestouch.finger.quantiles import QuantileMaps
+from bayestouch.sampling.rank_one import shared_directions
 
 # Grid of the conditional density of the noise, in standard deviations of log s and log τ. Sums over a smooth density
 # with steps of half a standard deviation are accurate to 0.1 %.
@@ -134,11 +136,17 @@ class Residuals:
         Reading minus prediction, and derivative of the prediction over the load; 0 where missing.
     spent : (m,) array
         Degrees of freedom of the parameters that the readings of each element determine.
+    added : (t, m) array or float
+        Variance that noise effects add to each element's own.
+    shared : sequence of (t, m) arrays
+        Change of the readings by one sd of each error that noise effects let the elements share; 0 where missing.
     """
 
     left: FloatArray
     slope: FloatArray
     spent: FloatArray
+    added: FloatArray | float = 0.0
+    shared: Sequence[FloatArray] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,32 +175,58 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
     layout, m = prior.layout, prior.layout.n_elements
     mean, covariance = vector[layout.n_chain :].copy(), np.zeros((layout.size - layout.n_chain,) * 2)
     held = StandardErrors.of(known, layout, vector)
-    push = residuals.slope * held.load_sd[:, None]
-    weight = np.where(known.missing, 0.0, 1 / held.sd**2)
-    by_load, by_both = (push**2 * weight).sum(axis=1), (push * residuals.left * weight).sum(axis=1)
+    weight = np.where(known.missing, 0.0, 1 / (held.sd**2 + residuals.added))
+    shared = np.stack([residuals.slope * held.load_sd[:, None], *residuals.shared])
+    added = np.broadcast_to(residuals.added, known.missing.shape)
     grids, masses = [], []
     for e in range(m):
         there = ~known.missing[:, e]
-        u, r, w = push[there, e], residuals.left[there, e], weight[there, e]
-        others = by_load[there] - u**2 * w, by_both[there] - u * r * w
-        data, spent = (r, u, *others), float(residuals.spent[e])
+        others = np.where(np.arange(m) == e, 0.0, weight[there])
+        expected, variance = _from_others(residuals.left[there], shared[:, there], others, e)
+        data, spent = (residuals.left[there, e] - expected, variance + added[there, e]), float(residuals.spent[e])
+        own = residuals.left[there, e] ** 2 * held.sd[there, e] ** 2
+        own = own / (held.sd[there, e] ** 2 + added[there, e] + (shared[1:, there, e] ** 2).sum(axis=0))
         axes, mass = masses_on_grid(
-            _axes(known, prior, e, float(np.sum(r**2))),
+            _axes(known, prior, e, float(own.sum())),
             partial(_element_log_density, known, prior, e, data, spent=spent),
         )
         rows = [e, m + e] if layout.discrepancy else [e]
         mean[rows], covariance[np.ix_(rows, rows)] = _moments(axes, mass)
         if layout.discrepancy:
-            own = mass.sum(axis=0)
+            missed = mass.sum(axis=0)
             grids.append(axes[1])
-            masses.append(own)
-            z = ndtri(np.clip(np.cumsum(own) - 0.5 * own, 1e-9, 1 - 1e-9))
+            masses.append(missed)
+            z = ndtri(np.clip(np.cumsum(missed) - 0.5 * missed, 1e-9, 1 - 1e-9))
             _, covariance[np.ix_(rows, rows)] = _moments([axes[0], z], mass)
     last = layout.force_noise - layout.n_chain
     mean[last], covariance[last, last] = _force_noise(known, prior, residuals, weight)
     centre = mean.copy()
     centre[layout.log_discrepancy.start - layout.n_chain : layout.log_discrepancy.stop - layout.n_chain] = 0.0
     return NoiseShape(mean, centre, covariance, QuantileMaps.of(grids, masses) if layout.discrepancy else None)
+
+
+def _from_others(
+    left: FloatArray, shared: FloatArray, weight: FloatArray, element: int
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and variance (t,) of what the shared errors do to a reading of one element, by the readings of the others.
+
+    Parameters
+    ----------
+    left : (t, m) array
+        Errors of the readings.
+    shared : (q, t, m) array
+        Change of the readings by one standard deviation of each shared error.
+    weight : (t, m) array
+        Inverse variance of the independent errors; zero for the element itself.
+    element : int
+        The element.
+    """
+    pulled = np.einsum("tm,qtm->tqm", weight, shared)
+    precision = np.einsum("tqm,rtm->tqr", pulled, shared) + np.eye(len(shared))
+    own = shared[:, :, element].T
+    sides = np.stack([np.einsum("tqm,tm->tq", pulled, left), own], axis=2)
+    mean, variance = np.einsum("tq,tqk->kt", own, np.linalg.solve(precision, sides))
+    return mean, variance
 
 
 def _axes(known: KnownTouches, prior: FlatPrior, element: int, squares: float) -> list[FloatArray]:
@@ -235,12 +269,16 @@ def _element_log_density(
     known: KnownTouches,
     prior: FlatPrior,
     element: int,
-    data: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    data: tuple[FloatArray, FloatArray],
     axes: list[FloatArray],
     spent: float,
 ) -> FloatArray:
-    """Log density of the noise of one element on a grid, for fixed other parameters; load errors integrated out."""
-    layout, (left, push, by_load, by_both) = prior.layout, data
+    """Log density of the noise of one element on a grid, for fixed other parameters; shared errors integrated out.
+
+    `data` (t,) are the errors of its readings, less what is expected by the other elements, and the variance by all
+    errors but its own noise.
+    """
+    layout, (left, more) = prior.layout, data
     i = layout.n_chain + element
     log_noise = axes[0].reshape(-1, *([1] * (len(axes) - 1)))
     out = -known.scatter_dof[element] * log_noise - 0.5 * known.scatter[element] * np.exp(-2 * log_noise)
@@ -252,18 +290,11 @@ def _element_log_density(
         share = share + np.exp(2 * axes[1])[:, None] / known.typical_reads
     if not len(left):
         return np.asarray(out)
-    # The variance is exp(2 log s) times the share: most sums over touches need only the grid of the shares.
-    log_variance = 2 * log_noise * len(left) + np.log(share).sum(axis=-1)
-    total = log_variance + np.exp(-2 * log_noise) * (left**2 / share).sum(axis=-1)
-    # The error of the load, which the elements share, needs the whole grid.
-    weight = np.exp(-2 * log_noise)[..., None]
-    a = (1 + by_load) + weight * (push**2 / share)
-    b = by_both + weight * (push * left / share)
-    b *= b
-    b /= a
-    total = total + np.log(a, out=a).sum(axis=-1) - b.sum(axis=-1)
+    log_own = 2 * log_noise * len(left) + np.log(share).sum(axis=-1)
+    variance = np.exp(2 * log_noise)[..., None] * share + more
+    total = (left**2 / variance).sum(axis=-1) + np.log(variance, out=variance).sum(axis=-1)
     # Correction for fitted parameters: they reduce the residuals.
-    return np.asarray(out - 0.5 * total + 0.5 * spent * log_variance / len(left))
+    return np.asarray(out - 0.5 * total + 0.5 * spent * log_own / len(left))
 
 
 def _moments(axes: list[FloatArray], mass: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -285,6 +316,11 @@ def _force_noise(
     grid = centre + spread * FORCE_STEPS
     by_load = (residuals.slope**2 * weight).sum(axis=1)
     by_both = (residuals.slope * residuals.left * weight).sum(axis=1)
+    if len(residuals.shared):
+        along, _ = shared_directions(weight, np.stack(residuals.shared, axis=1))
+        pulled = np.einsum("tqm,tm->tq", along, residuals.slope)
+        by_load = by_load - (pulled**2).sum(axis=1)
+        by_both = by_both - (pulled * np.einsum("tqm,tm->tq", along, residuals.left)).sum(axis=1)
     load_sd = known.load_sd(np.exp(grid))
     a = 1 + load_sd**2 * by_load
     out = 0.5 * ((load_sd * by_both) ** 2 / a - np.log(a)).sum(axis=1)

@@ -71,3 +71,25 @@ def test_two_effects_are_drawn_with_all_parameters() -> None:
     for name in ("crosstalk_share", "creep_share", "sigma"):
         row = names.index(name)
         assert np.sqrt(calibration.covariance[row, row]) == pytest.approx(draws[name].std(ddof=1), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_an_error_that_all_elements_share_is_no_discrepancy() -> None:
+    """The simulated finger is exact: draws are not where smaller discrepancies are far more probable."""
+    design = bayestouch.FingerDesign(
+        n_elements=4, samples_per_touch=10, noise_percent_peak=0.5, edge_step_deg=3.0, flat_step_deg=9.0
+    )
+    made = bayestouch.simulate(design, effects={"common_mode_noise": 0.03}, seed=3)
+    model = StatedModel("finger", "layer", (("common_mode_noise", {}),))
+    calibration = bayestouch.calibrate(made.dataset, model=model, draws=200)
+    noise_of_mean = calibration.noise.tactile_sd / np.sqrt(10)
+    found = calibration.posterior["discrepancy_sd"].mean(axis=(0, 1))
+    assert np.all(found < noise_of_mean), found / noise_of_mean
+    density = bayestouch.log_density(calibration, made.dataset)
+    drawn = density.from_parameters({k: v.reshape(-1, *v.shape[2:]) for k, v in calibration.posterior.items()})
+    smaller = drawn.copy()
+    smaller[:, [name.startswith("log discrepancy_sd") for name in density.names]] -= np.log(3)
+    # Where discrepancies are not seen, a third of them changes the density by their prior alone: a few nats.
+    assert density(smaller).mean() < density(drawn).mean() + 5
+    # The start is near the mode, which is above nearly all draws.
+    assert density(density.start) > np.quantile(density(drawn), 0.5)

@@ -24,5 +24,5 @@ def test_repeats_alone_give_the_density_of_a_variance_from_its_sum_of_squares() 
         missing=np.zeros((0, 1), dtype=bool),
     )
     empty, s = np.zeros(0), np.array([0.5, 1.0, 2.0])
-    found = _element_log_density(known, prior, 0, (empty, empty, empty, empty), [np.log(s)], 0.0)
+    found = _element_log_density(known, prior, 0, (empty, empty), [np.log(s)], 0.0)
     np.testing.assert_allclose(np.exp(found), s**-6 * np.exp(-1.5 / s**2), rtol=1e-9)
