@@ -189,14 +189,13 @@ class EffectDensity:
         """Inverse variances (n, t, m) and shared errors (k, n, t, m), including those of noise effects."""
         known, noise = self.posterior.known, self.posterior.noise
         counts = read_once(known.counts)
-        reads = read_once(known.counts.max(axis=1))
-        variance, shared = np.zeros(weight.shape), np.zeros(weight.shape)
+        variance, shared = np.zeros(weight.shape), []
         for i, vector in enumerate(vectors):
             added = noise.added(vector)
             variance[i] = added.variance(readings.touches[i], noise.peak) / counts
-            shared[i] = np.sqrt(added.shared_variance(reads))[:, None] * added.together(noise.peak)
+            shared.append(noise.shared_errors(added))
         weight = weight / (1 + weight * variance)
-        return weight, np.concatenate([slopes, shared[None]]) if noise.shared else slopes
+        return weight, np.concatenate([slopes, np.stack(shared, axis=1)]) if noise.shared else slopes
 
     def _tied(
         self, vectors: FloatArray, readings: EffectReadings, left: FloatArray, weight: FloatArray, slopes: FloatArray

@@ -87,9 +87,8 @@ def linearised_chain(
     added, counts = posterior.noise.added(vector), read_once(known.counts)
     own = np.where(known.missing, 1.0, spread.sd**2)
     more = added.variance(predicted.touches, posterior.noise.peak) / counts
-    shared = np.sqrt(added.shared_variance(read_once(known.counts.max(axis=1))))[:, None]
-    shared = shared * added.together(posterior.noise.peak)
-    root = inverse_root(own + more, (by_load * spread.load_sd[:, None], shared), ~known.missing)
+    shared = posterior.noise.shared_errors(added)
+    root = inverse_root(own + more, (by_load * spread.load_sd[:, None], *shared), ~known.missing)
     left = np.where(known.missing, 0.0, known.readings) - predicted.touches
     white = np.einsum("tij,dtj->dti", root, touches, optimize=True)
     row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
@@ -133,7 +132,7 @@ def linearised_chain(
     half = np.asarray(solve_triangular(whole, unit[:, None] * white.reshape(n, -1), lower=True, check_finite=False))
     spent = spent + degrees_spent(half.reshape(white.shape), root, own)
     of_touches = [np.where(known.missing, 0.0, each) for each in (left, by_load)]
-    together = [np.where(known.missing, 0.0, shared)] if posterior.noise.shared else []
+    together = np.where(known.missing, 0.0, shared) if posterior.noise.shared else ()
     residuals = Residuals(*of_touches, spent, more, together)
     return LinearChain(residuals, precision, gradient, constant, pull)
 

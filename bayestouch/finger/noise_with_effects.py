@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import log_likelihood_of_scatter
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.noise import AddedNoise
+from bayestouch.model.noise import AddedNoise, parts_shared
 from bayestouch.model.noise_posterior import Terms, terms_of
 from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
@@ -114,6 +115,14 @@ class EffectNoise:
     def shared(self) -> bool:
         """Whether elements have a shared error."""
         return bool(self.held.common_touch) or any("common" in e.added(e.probes[0]) for e, _ in self.effects)
+
+    @cached_property
+    def _parts(self) -> FloatArray:
+        return parts_shared(self.known.counts)
+
+    def shared_errors(self, added: AddedNoise) -> FloatArray:
+        """Change of the mean readings by one sd of each error that elements share, (q, t, m), for added noise."""
+        return added.shared_errors(self._parts, self.peak)
 
     def values(self, vector: FloatArray) -> list[Values]:
         """Values of each noise effect in a vector (d,)."""

@@ -139,7 +139,7 @@ def _with_effects(
     jacobian = model.derivatives(vector)[0]
     scale = np.ones(len(vector))
     scale[: model.n_elements] = 1 / np.where(calibration.mode["response"] == 0, 1.0, calibration.mode["response"])
-    noise = effects.listed.noise.covariance(mean, model.peak, read_once(means.counts.max(axis=1)))
+    noise = effects.listed.noise.covariance(mean, model.peak, means.counts)
     correction = effects.correction_table
     if correction is not None:
         jacobian = jacobian + correction.by_parameter(*touch)

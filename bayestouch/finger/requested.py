@@ -141,7 +141,7 @@ def _replicated(
     Loads that were not measured are those of the posterior given the readings, or of the prior with `from_prior`.
     """
     known, noise, at = posterior.known, posterior.noise, posterior.layout
-    counts, reads = read_once(known.counts), read_once(known.counts.max(axis=1))
+    counts = read_once(known.counts)
     low, high = posterior.bounds
     given = (known.load_reads == 0) & (not from_prior)
     out = np.empty((len(vectors), *known.readings.shape))
@@ -158,9 +158,10 @@ def _replicated(
         touches = posterior.model.predict(vector[: at.n_chain], load).touches
         added = noise.added(vector)
         variance = 1 / spread.weight[0] + added.variance(touches, noise.peak) / counts
-        shared = np.sqrt(added.shared_variance(reads)) * rng.standard_normal(len(load))
+        shared = noise.shared_errors(added)
+        shared = (shared * rng.standard_normal((*shared.shape[:2], 1))).sum(axis=0)
         out[i] = touches + np.sqrt(variance) * rng.standard_normal(touches.shape)
-        out[i] += shared[:, None] * added.together(noise.peak)
+        out[i] += shared
     return np.where(known.missing, np.nan, out)
 
 

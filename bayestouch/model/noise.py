@@ -9,12 +9,33 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
+from bayestouch.data.arrays import read_once
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 
 # Smallest sd of one reading, over the peak: negligible, but not zero, because the whitening divides by it. Without
 # repeats the sd of one reading counts as zero.
 LEAST_SD = 1e-6
+
+
+def parts_shared(counts: FloatArray) -> FloatArray:
+    """Parts of the variance of means over `counts` samples (t, m) by one error of each sample, (q, t, m).
+
+    They are in units of the variance of one sample. Elements with the same number of samples have the same error: one
+    part, 1/n. An element that lacks a few samples has the error of the others in those that it has, and so a part more,
+    which only elements share that lack as many. The sum over parts of the root of the product of two elements is
+    ``1/max(n_i, n_j)``, which is exact if the element with fewer samples has none that the other lacks. An element
+    without samples counts as one that has all.
+    """
+    share = 1 / read_once(np.where(counts > 0, counts, counts.max(axis=1, keepdims=True)))
+    level = share.min(axis=1, keepdims=True)
+    parts = [np.broadcast_to(level, share.shape)]
+    while (more := share > level).any():
+        above = np.where(more, share, np.inf).min(axis=1, keepdims=True)
+        above = np.where(np.isfinite(above), above, level)
+        parts.append(np.where(more, above - level, 0.0))
+        level = above
+    return np.stack(parts)
 
 
 @dataclass(frozen=True)
@@ -56,11 +77,21 @@ class AddedNoise:
         """Variance of the shared error of a mean over `reads` samples."""
         return np.asarray(self.common**2 / np.asarray(reads) + self.common_touch**2)
 
-    def covariance(self, signal: FloatArray, peak: FloatArray, reads: FloatArray) -> FloatArray:
-        """Covariance (t, m, m) of means over `reads` samples (t,), for predicted signals (t, m)."""
+    def shared_errors(self, parts: FloatArray, peak: FloatArray) -> FloatArray:
+        """Change of means by one sd of each error that elements share, (q, t, m), with `parts` from `parts_shared`."""
+        variance = self.common**2 * (parts if self.common else parts[:1])
+        variance[0] += self.common_touch**2
+        return np.asarray(np.sqrt(variance) * self.together(peak))
+
+    def covariance(self, signal: FloatArray, peak: FloatArray, counts: FloatArray) -> FloatArray:
+        """Covariance (t, m, m) of means over `counts` samples (t, m), for predicted signals (t, m).
+
+        Of two elements, the one with fewer samples has them together with the other, see `parts_shared`.
+        """
         together = self.together(peak)
-        own = self.variance(signal, peak) / reads[:, None]
-        common = self.shared_variance(reads)[:, None, None] * np.outer(together, together)
+        own = self.variance(signal, peak) / read_once(counts)
+        most = np.maximum(counts[:, :, None], counts[:, None])
+        common = self.shared_variance(read_once(most)) * np.outer(together, together)
         return np.asarray(common + own[:, :, None] * np.eye(len(peak)))
 
 
@@ -112,9 +143,9 @@ class NoiseModel:
         lasting = 0.0 if self.lasting is None else self.lasting.lasting_variance(signal)
         return np.asarray(averaged + lasting)
 
-    def shared_sd(self, reads: FloatArray) -> FloatArray:
-        """Change of means over `reads` samples (t,) by one sd of the shared error, (t, m)."""
-        return np.asarray(np.sqrt(self.added.shared_variance(reads))[:, None] * self.added.together(self.peak))
+    def shared_errors(self, counts: FloatArray) -> FloatArray:
+        """Change of means over `counts` samples (t, m) by one sd of each error that elements share, (q, t, m)."""
+        return self.added.shared_errors(parts_shared(counts), self.peak)
 
     def shared_sd_of_sample(self, weight: FloatArray) -> FloatArray:
         """Change (n, m) of the deviation of a row of `weight` samples (n,) by one sd of the shared error."""

@@ -111,10 +111,9 @@ def _observed(touches: TouchMeans, time: FloatArray, known: Observations) -> Obs
 def _noise(fitted: Fitted, touches: TouchMeans, mean: FloatArray, by_load: FloatArray) -> FloatArray:
     """Covariance (t, m, m) of the readings of each touch for known parameters."""
     noise = fitted.noise
-    reads = read_once(touches.counts.max(axis=1))
     variance = noise.mean_variance(mean, read_once(touches.counts))
-    shared = noise.shared_sd(reads)
-    load_sd = np.full(len(reads), float(np.median(noise.load_sd)))
+    shared = noise.shared_errors(touches.counts)
+    load_sd = np.full(touches.n_touches, float(np.median(noise.load_sd)))
     alive = np.isfinite(touches.readings)
     by_load, shared = np.where(alive, by_load, 0.0), np.where(alive, shared, 0.0)
-    return with_load_error(variance, by_load, load_sd) + shared[:, :, None] * shared[:, None]
+    return with_load_error(variance, by_load, load_sd) + np.einsum("qti,qtj->tij", shared, shared)

@@ -23,7 +23,7 @@ class Whitening:
     ----------
     root : (t, m, m) array
         Inverse Cholesky factor of the covariance of the mean readings of each touch: noise, and the error of the load,
-        which is shared by all elements. Rows and columns of missing readings are zero.
+        which is shared by all elements, and errors that elements share. Rows and columns of missing readings are zero.
     sample_sd, sample_shared : (n, m) arrays
         Sd of a sample's own noise (inf where missing), and change of the sample by one sd of its shared error.
     """
@@ -40,8 +40,7 @@ class Whitening:
         present = counts > 0
         one = noise.own_variance(signal)
         variance = np.where(present, noise.mean_variance(signal, read_once(counts)), 1.0)
-        reads = read_once(counts.max(axis=1))
-        root = inverse_root(variance, (by_load * noise.load_sd[:, None], noise.shared_sd(reads)), present)
+        root = inverse_root(variance, (by_load * noise.load_sd[:, None], *noise.shared_errors(counts)), present)
         row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
         row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)
         shared = noise.shared_sd_of_sample(observed.weight)

@@ -23,7 +23,7 @@ def with_kernel_error(fitted: Fitted, added: tuple[AddedEffect, ...] = ()) -> tu
     signal, counts = predicted - model.zero(fitted.vector), read_once(means.counts)
     noise = fitted.noise.with_(lasting=None)
     explained = noise.mean_variance(signal, counts) + (by_load * noise.load_sd[:, None]) ** 2
-    explained = explained + noise.shared_sd(counts.max(axis=1)) ** 2
+    explained = explained + (noise.shared_errors(means.counts) ** 2).sum(axis=0)
     present = np.isfinite(means.readings)
     residual = np.where(present, means.readings - predicted - fitted.drifted, 0.0)
     number = present.sum(axis=0)

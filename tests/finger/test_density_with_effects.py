@@ -232,6 +232,41 @@ def test_an_effect_of_the_noise() -> None:
     agree(one, [written_out(one, x, lambda clean, values: clean, variance) for x in points], points)
 
 
+def test_an_error_of_all_elements_where_one_lacks_samples() -> None:
+    """Means of n_i and n_j samples share the errors of the fewer: covariance common²/max(n_i, n_j)."""
+    made = bayestouch.simulate(DESIGN, effects={"common_mode_noise": 0.03}, seed=5)
+    table = made.dataset.calibration
+    lacking = (table.touch % 3 == 0) & (table.sample > 1)
+    readings = np.where(lacking[:, None] & (np.arange(3) == 1), np.nan, table.readings)
+    dataset = replace(made.dataset, calibration=replace(table, readings=readings))
+    stated = StatedModel("finger", "layer", (("common_mode_noise", {}),))
+    fit = fit_stated(dataset, stated, draws=8, seed=0, contact="layer")
+    one = Case(fit, fit.evaluation.log_density(fit.fitted, fit.added, fit.correction))
+    means, peak = fit.fitted.model.known.means, fit.fitted.noise.peak
+    most = np.maximum(means.counts[:, :, None], means.counts[:, None])
+    assert (means.counts.min(axis=1) == 2).sum() > 5
+    points, expected = one.points(), []
+    for x in points:
+        values = one.density.to_parameters(x)
+        here, shared = shared_errors(one, values, lambda clean, _: clean)
+        size, unit = (float(values[f"common_mode_noise_{name}"]) for name in ("sd", "shared"))
+        together = size * peak ** (1 - unit) * peak.mean() ** unit
+        expected.append(
+            [
+                multivariate_normal(
+                    here[t],
+                    shared[t]
+                    + np.diag(values["noise_sd"] ** 2 / means.counts[t])
+                    + np.outer(together, together) / most[t],
+                ).logpdf(means.readings[t])
+                for t in range(len(here))
+            ]
+        )
+    found = one.density.touch_log_likelihood(points)
+    wanted = np.array(expected)
+    assert np.abs((found - found[0]) - (wanted - wanted[0])).max() < WITHIN
+
+
 def test_outliers() -> None:
     """Each sample is usual or wrong: the sum over all ways, at each load, and the integral over the load."""
     one = case("outliers", 0.1, samples=4)

@@ -19,9 +19,9 @@ NOISE = NoiseModel(SD, np.array([3.0, 2.0]), PEAK, AddedNoise(share=0.03, power=
 
 
 def observed() -> Any:
-    """Touches of 6 and 2 reads, of which one element lacks a mean; rows of 3, 3 and 2 reads."""
+    """Touches of 6 and 2 reads, of which one element lacks two, and one all; rows of 3, 3 and 2 reads."""
     readings = np.array([[1.0, 2.0, 3.0], [1.0, np.nan, 3.0]])
-    means = SimpleNamespace(readings=readings, counts=np.array([[6, 6, 6], [2, 9, 2]]))
+    means = SimpleNamespace(readings=readings, counts=np.array([[6, 6, 4], [2, 9, 2]]))
     deviation = np.array([[0.1, 0.2, 0.3], [-0.1, np.nan, -0.3], [0.0, 0.0, 0.0]])
     return SimpleNamespace(
         means=means, row_touch=np.array([0, 0, 1]), weight=np.array([3.0, 3.0, 2.0]), deviation=deviation
@@ -35,9 +35,12 @@ def own(touch: int) -> np.ndarray:
 def test_covariance_of_touches() -> None:
     """Own noise over the reads, the error of the load, and the error that all elements share."""
     white = Whitening.of(observed(), NOISE, SIGNAL, BY_LOAD)
-    for touch, reads, here in ((0, 6, [0, 1, 2]), (1, 2, [0, 2])):
+    for touch, reads, most, here in (
+        (0, np.array([6, 6, 4]), np.full((3, 3), 6) - 2 * np.diag([0, 0, 1]), [0, 1, 2]),
+        (1, 2, 2, [0, 2]),
+    ):
         by_load = BY_LOAD[touch] * NOISE.load_sd[touch]
-        shared = (0.02**2 / reads + 0.01**2) * np.outer(PEAK, PEAK)
+        shared = (0.02**2 / most + 0.01**2) * np.outer(PEAK, PEAK)
         wanted = np.diag(own(touch) / reads) + np.outer(by_load, by_load) + shared
         root = white.root[touch][np.ix_(here, here)]
         np.testing.assert_allclose(root.T @ root, np.linalg.inv(wanted[np.ix_(here, here)]), rtol=1e-10)

@@ -43,8 +43,8 @@ class EffectContext:
         Factor and addition of the effects that depend on time.
     extra : (t, m, m) array
         Covariance of the readings due to the uncertainty of drifts.
-    reads : (t,) array
-        Number of raw readings in the means of a touch.
+    counts : (t, m) array
+        Number of raw readings in each mean; 0 where missing.
     slopes : (q, 2, t, m) array
         Derivative of `scale` and `shift` over the values of the effects that depend on time.
     exact : bool
@@ -59,7 +59,7 @@ class EffectContext:
     scale: FloatArray
     shift: FloatArray
     extra: FloatArray
-    reads: FloatArray
+    counts: FloatArray
     slopes: FloatArray
     exact: bool
     time_s: FloatArray
@@ -72,7 +72,7 @@ class EffectContext:
             scale=self.scale[index],
             shift=self.shift[index],
             extra=self.extra[index],
-            reads=self.reads[index],
+            counts=self.counts[index],
             slopes=self.slopes[:, :, index],
             time_s=self.time_s[index],
             loads=None if self.loads is None else self.loads.select(index),
@@ -86,7 +86,7 @@ class EffectContext:
             scale=np.concatenate([part.scale for part in contexts]),
             shift=np.concatenate([part.shift for part in contexts]),
             extra=np.concatenate([part.extra for part in contexts]),
-            reads=np.concatenate([part.reads for part in contexts]),
+            counts=np.concatenate([part.counts for part in contexts]),
             slopes=np.concatenate([part.slopes for part in contexts], axis=2),
             time_s=np.concatenate([part.time_s for part in contexts]),
             loads=None if self.loads is None else self.loads.joined([p.loads for p in contexts if p.loads is not None]),
@@ -132,7 +132,7 @@ class EffectContext:
         """
         signal = self._signal(radius_mm, angle, load)
         total = self.extra + self.effects_chain.listed.noise.covariance(
-            signal, self.effects_chain.model.peak, self.reads
+            signal, self.effects_chain.model.peak, self.counts
         )
         if self.exact:
             return total

@@ -30,7 +30,7 @@ def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: boo
         scale=np.ones((t, m)),
         shift=np.zeros((t, m)),
         extra=np.zeros((t, m, m)),
-        reads=np.ones(t),
+        counts=np.ones((t, m)),
         slopes=np.zeros((q, 2, t, m)),
         exact=exact,
         time_s=np.full(t, np.inf),
@@ -150,7 +150,7 @@ class FingerStream:
     def context(self) -> EffectContext:
         """Effects on the touch so far, without drifts and corrected loads."""
         if not len(self.rows):
-            return self._blank if self._blank.reads[0] == self._weight else self._with_reads()
+            return self._blank if self._weight == 1 else self._with_reads()
         mean = self._sums / self._weight
         slopes = [(up - down) / width for up, down, width in zip(mean[1::2], mean[2::2], self._widths, strict=True)]
         m = self.effects_chain.model.n_elements
@@ -216,7 +216,7 @@ class FingerStream:
             Signals before the effects that depend on time.
         """
         chain, m = self.effects_chain, len(signal)
-        total = chain.listed.noise.covariance(signal[None], chain.model.peak, context.reads)[0]
+        total = chain.listed.noise.covariance(signal[None], chain.model.peak, context.counts)[0]
         if columns is None:
             return np.asarray(total)
         scale = context.scale[0]
@@ -262,7 +262,7 @@ class FingerStream:
         self._sums = np.zeros((len(self._vectors), 2, m))
 
     def _with_reads(self) -> EffectContext:
-        return replace(self._blank, reads=np.array([max(float(self._counts.max()), 1.0)]))
+        return replace(self._blank, counts=self._counts[None].copy())
 
     def _moved_vectors(self) -> list[FloatArray]:
         """Parameters of the timed effects: at the mode, then one step up and down in each value."""

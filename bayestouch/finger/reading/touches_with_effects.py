@@ -9,7 +9,6 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
-from bayestouch.data.arrays import read_once
 from bayestouch.data.touches import Touches
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.draws import FingerSampler
@@ -97,7 +96,7 @@ def prepare(
         scale=scale,
         shift=shift,
         extra=np.zeros((t, m, m)),
-        reads=read_once(readings.counts.max(axis=1)),
+        counts=readings.counts,
         slopes=timed_slopes(effects_chain, observed, signal),
         exact=plug_in,
         time_s=time_s,

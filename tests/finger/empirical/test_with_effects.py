@@ -168,7 +168,7 @@ def test_covariance_of_readings_holds_that_of_the_effects(effect: str) -> None:
         scale=np.ones((2, m)),
         shift=np.zeros((2, m)),
         extra=np.zeros((2, m, m)),
-        reads=np.ones(2),
+        counts=np.ones((2, m)),
         slopes=np.zeros((0, 2, 2, m)),
         exact=True,
         time_s=np.full(2, np.inf),

@@ -57,7 +57,7 @@ def test_a_reading_depends_on_the_tip_that_is_assumed() -> None:
         np.ones((4, 3)),
         blank,
         np.zeros((4, 3, 3)),
-        np.ones(4),
+        np.ones((4, 3)),
         np.zeros((0, 2, 4, 3)),
         exact=True,
         time_s=np.full(4, np.inf),
