@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
+from bayestouch.finger.reading.cells import cells_proposal
 from bayestouch.finger.reading.conditional_modes import conditional_modes, root_of_inverse
 from bayestouch.finger.reading.even_points import EvenPoints
 from bayestouch.finger.reading.profile import profile_proposal
@@ -151,12 +152,10 @@ def propose_alternatives(
     """
     tips, density = posterior.indenter.tips, posterior.indenter.density
     assert tips is not None
-    parts: list[BlockProposal] = list(_tip_proposals(posterior, mode))
-    weighed = [_log_evidence(posterior, part) for part in parts]
+    parts = _about_mode(posterior, mode, hessian)
+    weighed = [_log_evidence(posterior, part) for part in (parts if density is None else parts[:-1])]
     if density is not None:
-        alone = replace(posterior, priors=replace(posterior.priors, radius=density))
-        parts.append(profile_proposal(alone, mode, hessian))
-        value, k = _log_evidence(alone, parts[-1])
+        value, k = _log_evidence(_without_tips(posterior), parts[-1])
         weighed.append((value + np.log(tips.share), k))
     evidence, shape = (np.stack(values) for values in zip(*weighed, strict=True))
     log_probability = evidence - np.logaddexp.reduce(evidence, axis=0)
@@ -164,6 +163,44 @@ def propose_alternatives(
     unsure = ((shape > LARGEST_K) & (log_probability > NEGLIGIBLE)).any(axis=0)
     proposal = AlternativesProposal(parts, (1 - EVEN_SHARE) * share + EVEN_SHARE / len(parts))
     return proposal, np.where(unsure, np.nan, log_probability)
+
+
+def propose_places(posterior: FingerPosterior, modes: Sequence[tuple[FloatArray, FloatArray]]) -> AlternativesProposal:
+    """Proposal over all locations, for touches with more than one mode.
+
+    It is a mixture of a `CellsProposal`, which covers all locations, and of the proposals about the modes, for modes
+    that are narrower than its cells. The share of each is the probability that it covers, times its efficiency.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        Posterior of the touches.
+    modes : sequence of ((t, 3), (t, 3, 3)) arrays
+        Modes with their Hessians, as in `propose_alternatives`.
+    """
+    parts: list[BlockProposal] = [cells_proposal(posterior)]
+    for mode, hessian in modes:
+        parts += _about_mode(posterior, mode, hessian)
+    weight = np.stack([_log_weights(posterior, part) for part in parts])
+    # The mean weight is the probability, and its square over the mean square of the weights the efficiency.
+    log_share = 3 * np.logaddexp.reduce(weight, axis=2) - np.logaddexp.reduce(2 * weight, axis=2)
+    share = np.exp(log_share - np.logaddexp.reduce(log_share, axis=0)).T
+    return AlternativesProposal(parts, (1 - EVEN_SHARE) * share + EVEN_SHARE / len(parts))
+
+
+def _about_mode(posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray) -> list[BlockProposal]:
+    """Proposals about the mode of each touch (t, 3), for each tip and, last, for the density."""
+    parts: list[BlockProposal] = [] if posterior.indenter.tips is None else list(_tip_proposals(posterior, mode))
+    if posterior.indenter.density is not None:
+        parts.append(profile_proposal(_without_tips(posterior), mode, hessian))
+    return parts
+
+
+def _without_tips(posterior: FingerPosterior) -> FingerPosterior:
+    """The posterior with the density of R alone, for a prior that has one."""
+    density = posterior.indenter.density
+    assert density is not None
+    return replace(posterior, priors=replace(posterior.priors, radius=density))
 
 
 def _tip_proposals(posterior: FingerPosterior, mode: FloatArray) -> list[TipProposal]:
@@ -179,6 +216,11 @@ def _tip_proposals(posterior: FingerPosterior, mode: FloatArray) -> list[TipProp
 
 def _log_evidence(posterior: FingerPosterior, part: BlockProposal) -> tuple[FloatArray, FloatArray]:
     """Log integral of the posterior density over the region of `part`, and Pareto shape of the weights; (B,) each."""
-    x, log_q = part.draw(EvenPoints(part.n_blocks), EVIDENCE_POINTS)
-    log_weight = posterior.log_density(x, np.arange(part.n_blocks)) - log_q
+    log_weight = _log_weights(posterior, part)
     return np.asarray(np.logaddexp.reduce(log_weight, axis=1) - np.log(EVIDENCE_POINTS)), pareto_shape(log_weight)
+
+
+def _log_weights(posterior: FingerPosterior, part: BlockProposal) -> FloatArray:
+    """Log posterior density over that of `part`, at evenly spread points of it, (B, n)."""
+    x, log_q = part.draw(EvenPoints(part.n_blocks), EVIDENCE_POINTS)
+    return np.asarray(posterior.log_density(x, np.arange(part.n_blocks)) - log_q)

@@ -10,7 +10,8 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.chain.noise import Noise
-from bayestouch.finger.reading.alternatives import propose_alternatives, search_prior
+from bayestouch.finger.reading.alternatives import propose_alternatives, propose_places, search_prior
+from bayestouch.finger.reading.elsewhere import distant_places, fits_as_well
 from bayestouch.finger.reading.modes import find_modes, hessian_at, with_whitener
 from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import (
@@ -126,7 +127,7 @@ class FingerSampler:
         return shapes
 
     def groups(self, touches: TouchReadings, rows: IndexArray) -> Iterator[FingerGroup]:
-        """The touches in `rows`, as one group."""
+        """The touches in `rows`: those at one location, and those that may be at distant ones too."""
         some = touches.select(rows)
         posterior = FingerPosterior(self.chain, some, self.search, noise_whitener(self.noise, some), self.table)
         mode = find_modes(posterior)
@@ -135,11 +136,32 @@ class FingerSampler:
             covariance = covariance_of(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
             posterior = with_whitener(posterior, full_whitener(self.noise, some, covariance))
             mode = find_modes(posterior, mode)
-        hessian = hessian_at(posterior, mode)
-        posterior = replace(posterior, priors=self.priors)
+        place = distant_places(posterior, mode)
+        elsewhere = fits_as_well(posterior, mode, place)
+        if not elsewhere.all():
+            near = np.flatnonzero(~elsewhere)
+            yield self._at_one_place(rows[near], posterior.select(near), mode[near])
+        if elsewhere.any():
+            far = np.flatnonzero(elsewhere)
+            yield self._at_places(rows[far], posterior.select(far), mode[far], place[far])
+
+    def _at_one_place(self, rows: IndexArray, search: FingerPosterior, mode: FloatArray) -> FingerGroup:
+        """Group of touches whose posterior, that of the `search`, has one mode (t, 3)."""
+        hessian = hessian_at(search, mode)
+        posterior = replace(search, priors=self.priors)
         proposal: BlockProposal
         if isinstance(self.priors.radius, RadiusOfTips):
             proposal, log_probability = propose_alternatives(posterior, mode, hessian)
         else:
             proposal, log_probability = profile_proposal(posterior, mode, hessian), None
-        yield FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener)
+        return FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener)
+
+    def _at_places(self, rows: IndexArray, search: FingerPosterior, mode: FloatArray, place: FloatArray) -> FingerGroup:
+        """Group of touches with a mode (t, 3) that may also be at other locations, e.g. at a place (t, 3)."""
+        modes = [(each, hessian_at(search, each)) for each in (mode, find_modes(search, place))]
+        posterior = replace(search, priors=self.priors)
+        log_probability = None
+        if isinstance(self.priors.radius, RadiusOfTips):
+            # Counted among the draws.
+            log_probability = np.full((self.priors.radius.n_alternatives, len(rows)), np.nan)
+        return FingerGroup(rows, posterior, propose_places(posterior, modes), log_probability, self.with_whitener)

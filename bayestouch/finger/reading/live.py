@@ -12,6 +12,7 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.alternatives import search_prior
+from bayestouch.finger.reading.elsewhere import APART, AS_WELL
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.live_covariance import LOADS, LOADS_OF_BEND, CovarianceTable
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
@@ -29,8 +30,6 @@ TEMPLATE_STEP = np.radians(1.0)
 # Newton steps from a template: largest number, and length (sd) at which the search ends before and after the
 # covariance of the calibration is known; how many times a step that goes too far is made shorter.
 MOST_STEPS, NEAR, SETTLED, SHORTER = 30, 0.3, 0.2, 8
-# Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
-APART, AS_WELL = np.radians(6.0), 8.0
 ELSEWHERE = "a distant location fits about as well"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -90,6 +91,25 @@ def hessian_at(posterior: FingerPosterior, mode: FloatArray) -> FloatArray:
 
 def _starts(posterior: FingerPosterior) -> FloatArray:
     """Best location for each start radius, (t, starts, 3)."""
+    low, high = posterior.priors.location.support
+    out = np.empty((posterior.touches.n_touches, len(START_SHARES), 3))
+    for i, (w, angles, load, misfit) in enumerate(matches(posterior)):
+        k = misfit.argmin(axis=1)
+        out[:, i, 0] = w
+        out[:, i, 1] = np.clip(angles[k], low + 1e-6, high - 1e-6)
+        out[:, i, 2] = np.take_along_axis(load, k[:, None], axis=1)[:, 0]
+    ends, typical = posterior.priors.load.support, float(posterior.priors.load.quantile(0.5))
+    out[:, :, 2] = np.clip(out[:, :, 2], ends[0] + 1e-6 * typical, ends[1] - 1e-6 * typical)
+    # The last digits of a matrix product depend on the number of touches. They are rounded off, so that the draws do
+    # not depend on this number.
+    return out.astype(np.float32).astype(np.float64)
+
+
+def matches(posterior: FingerPosterior) -> Iterator[tuple[float, FloatArray, FloatArray, FloatArray]]:
+    """For each start radius: w, locations (a,), rad, best load (t, a) and misfit (t, a) of each touch there.
+
+    The misfit is the sum of squares of the whitened residuals, less that of the readings.
+    """
     chain, touches = posterior.chain, posterior.touches
     low, high = posterior.priors.location.support
     angles = np.arange(low, high + GRID_STEP, GRID_STEP)
@@ -98,25 +118,15 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
     diagonal = posterior.whitener if posterior.whitener.ndim == 2 else _row_norm(posterior.whitener)
     readings = np.where(diagonal > 0, touches.readings, 0.0)
     weights = diagonal**2
-    out = np.empty((touches.n_touches, len(START_SHARES), 3))
-    for i, share in enumerate(START_SHARES):
-        w = np.log(share / (1 - share))
+    for share in START_SHARES:
+        w = float(np.log(share / (1 - share)))
         template = chain.predict(float(posterior.radius(w)), angles, np.full(len(angles), typical)) / typical
         # For each location: weighted scalar products of readings and template, which give the best load.
         cross = (weights * readings) @ template.T
         power = weights @ (template**2).T
         load = np.where(measured[:, None], touches.load[:, None], cross / np.maximum(power, 1e-300))
         load = np.clip(load, 1e-3 * typical, None)
-        misfit = power * load**2 - 2 * cross * load
-        k = misfit.argmin(axis=1)
-        out[:, i, 0] = w
-        out[:, i, 1] = np.clip(angles[k], low + 1e-6, high - 1e-6)
-        out[:, i, 2] = np.take_along_axis(load, k[:, None], axis=1)[:, 0]
-    ends = posterior.priors.load.support
-    out[:, :, 2] = np.clip(out[:, :, 2], ends[0] + 1e-6 * typical, ends[1] - 1e-6 * typical)
-    # The last digits of a matrix product depend on the number of touches. They are rounded off, so that the draws do
-    # not depend on this number.
-    return out.astype(np.float32).astype(np.float64)
+        yield w, angles, load, power * load**2 - 2 * cross * load
 
 
 def _row_norm(whitener: FloatArray) -> FloatArray:

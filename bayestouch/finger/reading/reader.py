@@ -209,6 +209,10 @@ class FingerPosterior:
     whitener: FloatArray
     table: ReadingTable | None = None
 
+    def select(self, index: IntArray) -> FingerPosterior:
+        """Posterior of some of the touches."""
+        return replace(self, touches=self.touches.select(index), whitener=self.whitener[index])
+
     @cached_property
     def indenter(self) -> IndenterCoordinate:
         """Conversion between w and the indenter."""

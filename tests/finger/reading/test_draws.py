@@ -14,6 +14,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.modes import find_modes, hessian_at
 from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import (
@@ -24,6 +25,8 @@ from bayestouch.finger.reading.reader import (
     noise_whitener,
 )
 from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.priors.radius import RadiusOfTips
+from bayestouch.reading.draws import DrawPlan, draw
 from bayestouch.sampling import BlockStreams, sample_blocks
 
 ELEMENTS = 16
@@ -266,3 +269,63 @@ def test_proposal_density_is_that_of_its_draws() -> None:
     weight = np.exp(log_p - log_q)
     error = weight.std(axis=1) / np.sqrt(weight.shape[1])
     assert np.all(np.abs(weight.mean(axis=1) - 1) < 4.5 * error)
+
+
+def weak_touches() -> tuple[FingerSampler, TouchReadings]:
+    """A finger of six elements, and three light touches 14° or 16° beside them, then one on them."""
+    angles, one = np.radians((np.arange(6) - 2.5) * 8.8), np.ones(6)
+    chain = FingerChain(9.4, 12.7, 5.0 * one, 9.9 * one, angles, 0 * one, 0.46, 0.15, 300.0)
+    noisy = Noise(17.2 * one, 0 * one, 0.0, 1.0)
+    load = np.array([30.0, 25.0, 20.0, 200.0])
+    clean = chain.predict(np.array([6.0, 11.0, 2.0, 8.0]), np.radians([36.0, -36.0, 38.0, 3.0]), load)
+    readings = clean + 17.2 * np.random.default_rng(2).standard_normal(clean.shape)
+    touches = TouchReadings(readings, np.ones(clean.shape, dtype=np.int64), load, np.ones(4))
+    priors = IndenterPriors.of(chain, 200.0)
+    return FingerSampler(chain, priors, ReadingTable.of(chain, *priors.location.support), noisy, None), touches
+
+
+def location_on_a_grid(sampler: FingerSampler, touches: TouchReadings, number: int) -> tuple[float, float]:
+    """Mean and sd of θ_c, degree, by a sum over R, θ_c and P of the written-out density."""
+    low, high = sampler.priors.location.support
+    radius = 12.7 * (np.arange(40) + 0.5) / 40
+    angle = low + (high - low) * (np.arange(600) + 0.5) / 600
+    load = touches.load[number] + np.linspace(-4, 4, 9)
+    predicted = sampler.chain.predict(*np.meshgrid(radius, angle, load, indexing="ij"))
+    z = (predicted - touches.readings[number]) / sampler.noise.tactile_sd
+    log = -0.5 * (z**2).sum(axis=-1) - 0.5 * (load - touches.load[number]) ** 2
+    share = np.exp(log - log.max()).sum(axis=(0, 2))
+    share /= share.sum()
+    mean = share @ np.degrees(angle)
+    return float(mean), float(np.sqrt(share @ (np.degrees(angle) - mean) ** 2))
+
+
+@pytest.mark.parametrize("method", ["emcee", "importance"])
+@pytest.mark.parametrize("tips", [False, True])
+def test_light_touches_may_be_at_several_locations(method: str, tips: bool) -> None:
+    """Beside either end of the elements: the draws are at all of these places, each as often as it is probable."""
+    sampler, touches = weak_touches()
+    if tips:
+        # Forty tips that lie as those of the grid: the posterior of the location is the same.
+        radius = 12.7 * (np.arange(40) + 0.5) / 40
+        tip = tuple((radius * 12.7 / (12.7 - radius)).tolist())
+        known = RadiusOfTips(tip, (1 / 40,) * 40, None, 12.7)
+        sampler = replace(sampler, priors=replace(sampler.priors, radius=known))
+    drawn = draw(sampler, touches.select(np.arange(3)), DrawPlan(8192, seed=1, method=method), workers=1)
+    np.testing.assert_array_equal(drawn["grade"], 1.0)
+    for number in range(3):
+        mean, sd = location_on_a_grid(sampler, touches, number)
+        assert sd > 12.0
+        found = drawn["theta_c"][:, :, number]
+        # 2,000 effective draws at least
+        assert found.mean() == pytest.approx(mean, abs=4 * sd / np.sqrt(2000))
+        assert found.std() == pytest.approx(sd, rel=0.08)
+
+
+def test_a_touch_at_one_location_is_drawn_as_without_the_others() -> None:
+    sampler, touches = weak_touches()
+    groups = list(sampler.groups(touches, np.arange(4)))
+    assert [group.rows.tolist() for group in groups] == [[3], [0, 1, 2]]
+    (alone,) = sampler.groups(touches, np.array([3]))
+    together, _ = groups[0].proposal.draw(BlockStreams(1, [7]), 50)
+    by_itself, _ = alone.proposal.draw(BlockStreams(1, [7]), 50)
+    np.testing.assert_array_equal(together, by_itself)
