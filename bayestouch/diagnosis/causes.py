@@ -18,9 +18,11 @@ Stacking would weigh models to predict best together, and shares the weight of t
 Marginal likelihoods by the Laplace approximation depend on the width of the priors of effects, which was chosen for
 fits, and are not defined for functions whose size is an estimate. Both have no standard error.
 
-The models of one round differ from the model at its beginning by one cause, with the same whitening. The next round
-begins with the chosen one, fitted to the end, so that its density is taken as that of the chosen one, also where an
-earlier effect was left out because touches are predicted as well without it.
+The models of one round differ from the model at its beginning by one cause, with the same whitening. The scatter
+within touches counts with the noise that is estimated from what a model leaves of it: an effect within touches, which
+makes the noise smaller, and an effect of the noise, which describes the larger scatter, are then compared fairly. The
+next round begins with the chosen one, fitted to the end with its own noise, so that its density is taken as that of the
+chosen one, also where an earlier effect was left out because touches are predicted as well without it.
 
 .. [1] Y. Yao, A. Vehtari, D. Simpson, A. Gelman, Using stacking to average Bayesian predictive distributions, Bayesian
    Analysis 13 (2018) 917, https://doi.org/10.1214/17-BA1091
@@ -162,7 +164,7 @@ def _of_round(one: SearchRound, names: Names, start: Densities) -> Iterable[Comp
 def _gain(tried: Tried, one: SearchRound, start: Densities) -> Densities | None:
     """Gain of a model with a candidate; None if it was not fitted."""
     if tried.held_out is not None:
-        return _added(start, tried.held_out, one.held_out)
+        return {way: gain + tried.noise_again for way, gain in _added(start, tried.held_out, one.held_out).items()}
     if tried.difference is not None:
         # The scatter within touches does not depend on what else is held out.
         return {way: gain + tried.difference for way, gain in start.items()}

@@ -46,6 +46,25 @@ def density_of_readings(fitted: Fitted) -> FloatArray:
     return np.asarray(gained(density(fitted)) + white.log_volume + white.log_volume_within(fitted.linear.touch))
 
 
+def gained_by_noise(fitted: Fitted) -> FloatArray:
+    """Gain of log density of each touch, (t,), if the noise is estimated again from the scatter that a model leaves.
+
+    Deviations of samples have unit variance with the noise of the model. With the sd s of those that the model leaves,
+    n deviations, of which ν are free, gain ``½ (1 - 1/s²) Σ d² - ν ln s`` for each element.
+    """
+    linear = fitted.linear
+    present = np.isfinite(fitted.whitening.sample_sd)
+    count = np.zeros((len(linear.residual), present.shape[1]))
+    squares = np.zeros_like(count)
+    np.add.at(count, linear.touch, present)
+    np.add.at(squares, linear.touch, linear.deviation**2)
+    free = np.maximum(count - 1, 0)
+    total, left = free.sum(axis=0), squares.sum(axis=0)
+    # An element without repeats, or that is read exactly, has no scatter to estimate.
+    variance = np.where((total > 0) & (left > 0), left / np.maximum(total, 1), 1.0)
+    return np.asarray((0.5 * (1 - 1 / variance) * squares - 0.5 * free * np.log(variance)).sum(axis=1))
+
+
 def held_out_each_way(fitted: Fitted, model: Linearised, by_time: FloatArray) -> Densities:
     """Log density of each touch by a model, with the blocks of `fitted`; by times it is known already, (t, 3)."""
     others = {kind: block for kind, block in blocks_of(fitted).items() if kind != "times"}
@@ -139,5 +158,6 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, least: float
         by_itself=within > max(ERRORS * within_se, least),
         fitted=new,
         difference=gained(difference),
+        noise_again=gained_by_noise(new) - gained_by_noise(fitted),
         held_out=held_out_each_way(fitted, new.linear, after),
     )

@@ -44,6 +44,9 @@ class Tried:
         Gain of each touch.
     held_out : mapping of str to (t,) array, or None
         Log density of each touch held out with its block, by what is held out, if it was refitted.
+    noise_again : (t,) array or float
+        Further gain of each touch if the noise is estimated again from the scatter that is left within touches; zero
+        for what does not change this scatter.
     scored_gain : float
         Approximate gain of log marginal likelihood by the score, at least, as the mean over the signatures that were
         tried; NaN where chance does not explain the score.
@@ -71,6 +74,7 @@ class Tried:
     found_noise: FoundNoise | None = None
     indistinguishable: tuple[str, ...] = ()
     held_out: Densities | None = None
+    noise_again: FloatArray | float = 0.0
     scored_gain: float = float("nan")
 
 

@@ -112,6 +112,32 @@ def test_models_of_a_search() -> None:
     }
 
 
+def test_a_set_with_an_effect_within_touches_and_one_of_the_noise() -> None:
+    """Creep gains 5, and 6 more with the noise that it leaves; a noise that grows with the signal 10, beside it 3."""
+    hum = tried("hum", difference=np.full(4, 10.0))
+    creep = tried("creep", held_out=held(-5), noise_again=np.full(4, 6.0))
+    later = tried("hum", difference=np.full(4, 3.0))
+    rounds = (
+        one_round((), hum, creep, added=1, held_out=held(-10)),
+        one_round(("creep",), later, added=0, held_out=held(-100)),
+        one_round(("creep", "hum"), held_out=held(-100)),
+    )
+    gains = {each.names: float(each.gain["times"][0]) for each in compared_models(rounds)}
+    assert gains == {(): 0, ("hum",): 10, ("creep",): 11, ("creep", "hum"): 14}
+
+
+def test_a_line_of_barometers_creeps_and_has_noise_that_grows(shared_folder: Path) -> None:
+    """What the search found is not less probable than a part of it, to which the search preferred it."""
+    data = bayestouch.load_dataset(shared_folder / "measured" / "baro-line")
+    body = body_of(data.sensor)
+    begun = body.begin(SplitData.of(data), draws=8, seed=0, **body.own({"kernel": None}))
+    rounds = search(begun.fitted, begun.effects)
+    assert set(rounds[-1].before.names) == {"creep_by_element", "signal_dependent_noise"}
+    found = {frozenset(each.names): each.probability for each in causes(rounds)}
+    both = found[frozenset(rounds[-1].before.names)]
+    assert both > max(found.get(frozenset({each}), 0.0) for each in rounds[-1].before.names)
+
+
 def test_a_fit_that_went_astray_is_left_out() -> None:
     first, _ = searched()
     lost = one_round((), *first.tried, tried("lost", held_out=held(np.nan, -16)))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bayestouch.diagnosis import comparison, place_or_time
-from bayestouch.diagnosis.comparison import folds, is_clear, paired, refit, tried_noise
+from bayestouch.diagnosis.comparison import folds, gained_by_noise, is_clear, paired, refit, tried_noise
 from bayestouch.model import joining
 
 
@@ -71,6 +71,36 @@ def test_densities_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
     assert list(found) == ["times", "places"]
 
 
+def test_noise_estimated_again() -> None:
+    """Where the scatter is s, all touches together gain what the likelihood gains from sd 1 to its maximum."""
+    rng = np.random.default_rng(4)
+    touch = np.repeat([0, 1, 3], [4, 2, 1])
+    sd = np.ones((7, 3))
+    sd[1, 0] = np.inf  # missing
+    drawn = rng.standard_normal((7, 3)) * np.array([0.2, 3.0, 1.0])
+    for each in np.unique(touch):
+        drawn[touch == each] -= drawn[touch == each].mean(axis=0)
+    drawn[1, 0] = 0.0
+    linear = SimpleNamespace(residual=np.zeros((4, 3)), touch=touch, deviation=drawn)
+    fitted: Any = SimpleNamespace(linear=linear, whitening=SimpleNamespace(sample_sd=sd))
+    found = gained_by_noise(fitted)
+    # Free deviations: three samples and two of the first element, four and two of the others.
+    free = [3, 4, 4]
+    best = 0.0
+    for e in range(3):
+        square = float((drawn[:, e] ** 2).sum())
+        scales = np.exp(np.linspace(-4, 4, 40_001))
+        best += float(np.max(-0.5 * square / scales**2 - free[e] * np.log(scales))) + 0.5 * square
+    assert found.sum() == pytest.approx(best, abs=1e-5) and best > 1
+    assert found[2] == found[3] == 0.0
+    # The second touch by hand: its two samples have one free deviation of each element.
+    variance = (drawn**2).sum(axis=0) / free
+    by_hand = (0.5 * (1 - 1 / variance) * (drawn[4:6] ** 2).sum(axis=0) - 0.5 * np.log(variance)).sum()
+    assert found[1] == pytest.approx(by_hand)
+    linear.deviation = np.zeros((7, 3))
+    np.testing.assert_array_equal(gained_by_noise(fitted), 0.0)
+
+
 def test_a_candidate_of_the_noise() -> None:
     """By its halves; chance explains its score or does not."""
     noise: Any = SimpleNamespace(effect="hum", z=2.0, values=(1.0,), gain=-1.5, difference=np.array([1.0, 2, 6]))
@@ -102,6 +132,8 @@ def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone
     monkeypatch.setattr(comparison, "density", lambda fitted: after + 10)
     each_way: Any = lambda fitted, linear, density: {"times": density[:, 0], "of": (fitted, linear)}  # noqa: E731
     monkeypatch.setattr(comparison, "held_out_each_way", each_way)
+    again = {id(new): np.array([4.0, 5.0, 6.0]), id(fitted): np.array([1.0, 1.0, 1.0])}
+    monkeypatch.setattr(comparison, "gained_by_noise", lambda fitted: again[id(fitted)])
     candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,))
     found = refit(fitted, candidate, np.full((3, 3), 10.0), least)
     assert (found.gain, found.of_means, found.start) == (15.0, 18.0, (7.0,))
@@ -109,6 +141,7 @@ def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone
     np.testing.assert_array_equal(found.difference, [3.0, 5.0, 7.0])
     assert found.held_out is not None and found.held_out["of"] == (fitted, "new")
     np.testing.assert_array_equal(found.held_out["times"], [11.0, 12.0, 13.0])
+    np.testing.assert_array_equal(found.noise_again, [3.0, 4.0, 5.0])
     monkeypatch.setattr(comparison, "ERRORS", 5.2)  # 5.2 sqrt(3) = 9.007
     assert not refit(fitted, candidate, np.full((3, 3), 10.0), 0.0).by_itself
     assert used["enough"] == pytest.approx(0.3)
