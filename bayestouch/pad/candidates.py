@@ -164,7 +164,7 @@ def with_noise_between_blocks(problem: PadProblem, model: PadCandidate) -> PadCa
     """
     residual, variance = model.fit.without_blocks(blocks_left_out(problem.known.n_touches))
     left_out = replace(model.left_out, residual=residual, variance=variance)
-    noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd, scattered=True)
+    noise, spread = fit_noise(left_out, problem.read_variance, problem.force_sd, scattered=True)
     return replace(model, noise=noise, load_spread=spread)
 
 
@@ -178,6 +178,6 @@ def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
         load=problem.known.load,
         load_share=problem.load_share,
     )
-    noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
+    noise, spread = fit_noise(left_out, problem.read_variance, problem.force_sd)
     score = float(left_out_density(left_out, noise, spread).sum())
     return PadCandidate(fit, shape, left_out, noise, spread, score)

@@ -127,7 +127,7 @@ class FinerMap:
         residual, open_ = (np.where(here, each, np.nan) for each in (residual, open_))
         signal = predicted - fit.chain.offset
         left_out = LeftOut(residual, open_, signal, known.counts, known.load, problem.load_share)
-        found, spread = fit_noise(left_out, known.pure_error_variance, problem.force_sd, scattered=True)
+        found, spread = fit_noise(left_out, problem.read_variance, problem.force_sd, scattered=True)
         score = float(left_out_density(left_out, found, spread).sum())
         made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score)
         loads = np.zeros(0)

@@ -93,23 +93,23 @@ def _density_with_slopes(
 
 
 def fit_noise(
-    left_out: LeftOut, pure_error_variance: FloatArray, force_sd: float, *, scattered: bool = False
+    left_out: LeftOut, read_variance: FloatArray, force_sd: float, *, scattered: bool = False
 ) -> tuple[Noise, float]:
     """Noise of the elements, with the share in proportion to the signal; load scatter, or spread of unmeasured loads.
 
     The error that the elements share in a touch shows in the correlation of their residuals. Of a single element it
     cannot be distinguished from its own noise, and is zero.
 
-    The noise of one raw reading is that of repeated samples within touches; the rest of the noise at zero signal is the
-    discrepancy. Without repeats the two cannot be distinguished: all noise counts as discrepancy, which averaging does
-    not reduce.
+    The noise of one raw reading is that of repeated samples within touches, or else of rest readings; the rest of the
+    noise at zero signal is the discrepancy. Where it is not known, the two cannot be distinguished: all noise counts as
+    discrepancy, which averaging does not reduce.
 
     Parameters
     ----------
     left_out : LeftOut
         Predictions of the readings that are left out.
-    pure_error_variance : (m,) array
-        Variance of one raw reading from repeats; NaN without repeats.
+    read_variance : (m,) array
+        Variance of one raw reading; NaN unknown.
     force_sd : float
         Noise of the force sensor, N; it is only copied to the result.
     scattered : bool
@@ -124,7 +124,7 @@ def fit_noise(
     from scipy.optimize import minimize
 
     m = left_out.residual.shape[1]
-    tactile = np.sqrt(np.where(np.isfinite(pure_error_variance), pure_error_variance, 0.0))
+    tactile = np.sqrt(np.where(np.isfinite(read_variance), read_variance, 0.0))
     here = np.isfinite(left_out.residual)
     size = np.where(here, np.abs(left_out.signal), 0.0).max(axis=0)
     size = np.where(size > 0, size, 1.0)

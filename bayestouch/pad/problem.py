@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import element_pitch
 from bayestouch.data.arrays import responding
-from bayestouch.data.averages import TouchMeans
+from bayestouch.data.averages import TouchMeans, average
 from bayestouch.data.baseline import shared_rest_reads
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
@@ -25,6 +25,9 @@ from bayestouch.priors.parameters import Prior
 
 # Assumed noise of a force sensor whose noise is not stated, over the mean load.
 UNSTATED_FORCE_NOISE = 0.005
+
+# Degrees of freedom of rest readings from which the noise of one read is known within a third.
+LEAST_AT_REST = 4
 
 # Largest number of touches: the covariance between so many takes 128 MB while the map of an element is built.
 _MOST_TOUCHES = 4000
@@ -47,6 +50,8 @@ class PadProblem:
         Priors of the parameters.
     pitch_mm : float
         Distance between neighbouring elements.
+    read_variance : (m,) array
+        Variance of one read: from repeats or, where no touch was read twice, from the rest readings; NaN unknown.
     load_share : (n,) array
         Standard error of each load, over the load; NaN if loads were not measured.
     force_sd : float
@@ -67,6 +72,7 @@ class PadProblem:
     observed: Observations
     priors: PadPriors
     pitch_mm: float
+    read_variance: FloatArray
     load_share: FloatArray
     force_sd: float
     samples: str
@@ -136,6 +142,7 @@ def pad_problem(
         observed=_observed(counted_samples(corrected, samples), known, usable),
         priors=priors.with_stated(stated or {}, kernel, sensor),
         pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
+        read_variance=_read_variance(known, table),
         load_share=force_sd * slope / np.sqrt(known.reads_of_load) / known.load,
         force_sd=force_sd,
         samples=samples,
@@ -145,6 +152,17 @@ def pad_problem(
         seed=seed,
     )
     return problem, [*notes, *odd]
+
+
+def _read_variance(known: TouchMeans, table: Touches) -> FloatArray:
+    """`PadProblem.read_variance`.
+
+    Only rest readings of one touch are compared: between touches the readings may drift.
+    """
+    at_rest = average(table.with_(contact=np.where(table.in_contact, 0.0, 1.0)))
+    enough = (at_rest.pure_error_dof >= LEAST_AT_REST) & (at_rest.pure_error_variance > 0)
+    repeated = known.pure_error_variance
+    return np.where(np.isnan(repeated) & enough, at_rest.pure_error_variance, repeated)
 
 
 def _observed(table: Touches, known: TouchMeans, usable: NDArray[np.bool_]) -> Observations:

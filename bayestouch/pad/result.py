@@ -160,11 +160,18 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
             notes.append(
                 f"{parameter.description} ends at the bound of its prior, {value:.4g} {parameter.unit}".rstrip()
             )
-    if not np.isfinite(problem.known.pure_error_variance).any():
-        equal = problem.known.repeats_equal
-        why = "the samples of each touch are all equal" if equal else "no touch was read twice"
+    if np.isfinite(problem.known.pure_error_variance).any():
+        return notes
+    why = "the samples of each touch are all equal" if problem.known.repeats_equal else "no touch was read twice"
+    if np.isfinite(problem.read_variance).any():
+        notes.append(
+            f"{why}: the noise of one reading is that of the rest readings, and what is beyond it "
+            "counts as model error, which averaging does not reduce"
+        )
+    else:
         notes.append(
             f"{why}: noise and model error cannot be distinguished, and all of it counts as model "
-            "error, which averaging does not reduce"
+            "error, which averaging does not reduce; a mean rest reading that touches share counts as exact (five rest "
+            "readings in one touch would tell its noise)"
         )
     return notes
