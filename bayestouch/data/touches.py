@@ -159,6 +159,11 @@ class Touches(Summarised):
         """Return a copy with other values of some attributes."""
         return replace(self, **changes)
 
+    def with_wires(self, order: IntArray) -> Touches:
+        """Return the touches with the readings of the elements in another order, (m,): columns of this table."""
+        by_element = {name: getattr(self, name) for name in ("readings", "readings_sd", "rest_reads")}
+        return self.with_(**{name: values[:, order] for name, values in by_element.items() if values is not None})
+
     def averaged(self) -> TouchMeans:
         """Mean of each touch over its samples in contact; see `bayestouch.data.averages.average`."""
         from bayestouch.data.averages import average

@@ -30,7 +30,7 @@ def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int)
     n_elements : int
         Number of elements of the sensor. With fewer than three, a faulty element cannot be identified.
     """
-    check = _checked(reader, block, n_elements)
+    check = _checked(reader, touches, block, n_elements)
     if not reader.drifts_are_estimated:
         return check
     # A faulty element also changed the estimated drift: estimate it without that element, then check the others again.
@@ -38,17 +38,17 @@ def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int)
     if elements.sound:
         return check
     without = reader.without(elements)
-    second = _checked(without, without.ready(touches), n_elements)
+    second = _checked(without, touches, without.ready(touches), n_elements)
     faults = sorted((*elements.faults, *second.faults), key=lambda fault: fault.column)
     return replace(second, faults=tuple(faults), order=elements.order[second.order])
 
 
-def _checked(reader: TouchReader, block: Any, n_elements: int) -> SensorCheck:
+def _checked(reader: TouchReader, touches: Any, block: Any, n_elements: int) -> SensorCheck:
     t = block.n_touches
     if t < FEWEST or n_elements < 3:
         return SensorCheck((), np.arange(n_elements), 1.0, 0)
     some = np.unique(np.linspace(0, t - 1, min(t, MOST)).round().astype(np.int64))
-    return find_faults(reader.fitted(block.select(some)))
+    return find_faults(reader.fitted(touches, block, some))
 
 
 def widened(noise: Noise, excess: float) -> Noise:

@@ -92,13 +92,23 @@ class SensorCheck:
 
     def corrected(self, means: TouchMeans) -> TouchMeans:
         """Touches with swapped wires corrected, and without the readings of faulty elements."""
-        readings, counts, out = means.readings[:, self.order], means.counts[:, self.order], self.left_out
-        return replace(means, readings=np.where(out, np.nan, readings), counts=np.where(out, 0, counts))
+        order = self.order
+        return self.without_faulty(replace(means, readings=means.readings[:, order], counts=means.counts[:, order]))
+
+    def without_faulty(self, means: TouchMeans) -> TouchMeans:
+        """Touches, whose wires are right, without the readings of faulty elements."""
+        out = self.left_out
+        return replace(means, readings=np.where(out, np.nan, means.readings), counts=np.where(out, 0, means.counts))
+
+    @property
+    def swapped(self) -> bool:
+        """True if wires are swapped."""
+        return bool((np.diff(self.order) != 1).any())
 
     @property
     def sound(self) -> bool:
         """True if no fault was found."""
-        return not self.faults and self.excess == 1 and bool(np.all(np.diff(self.order) == 1))
+        return not self.faults and self.excess == 1 and not self.swapped
 
 
 def find_faults(fitted: FittedTouches) -> SensorCheck:

@@ -209,8 +209,8 @@ class TouchReader(Protocol):
         """Block of touches without the columns that the check left out, with effects at the time of each touch."""
         ...
 
-    def fitted(self, block: Any) -> FittedTouches:
-        """Touches in the form that the check of the sensor needs."""
+    def fitted(self, touches: Any, block: Any, some: IntArray) -> FittedTouches:
+        """Some touches, by their positions, in the form that the check needs; from `average`, and from `ready`."""
         ...
 
     def without(self, check: SensorCheck) -> Self:

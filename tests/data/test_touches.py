@@ -65,6 +65,18 @@ def test_arrays_are_read_only_and_leave_the_callers_alone() -> None:
     mine[0, 0] = 2.0  # still the caller's to write
 
 
+def test_wires_in_another_order_take_all_that_belongs_to_an_element_with_them() -> None:
+    readings = np.array([[1.0, 2.0, 3.0]])
+    touches = touches_from([4], readings, readings_sd=readings / 10, rest_reads=readings + 7, load=5.0)
+    moved = touches.with_wires(np.array([2, 0, 1]))
+    np.testing.assert_array_equal(moved.readings, [[3.0, 1.0, 2.0]])
+    assert moved.readings_sd is not None and moved.rest_reads is not None
+    np.testing.assert_array_equal(moved.readings_sd, np.array([[3.0, 1.0, 2.0]]) / 10)
+    np.testing.assert_array_equal(moved.rest_reads, [[10.0, 8.0, 9.0]])
+    assert (moved.load, moved.touch) == ([5.0], [4])
+    assert touches_from([4], readings).with_wires(np.array([2, 0, 1])).rest_reads is None
+
+
 def test_select_by_mask_index_and_slice() -> None:
     touches = finger_touches(extra={"note": ["a", "b", "c", "d", "e"]}, reads=[1, 1, 2, 1, 1])
     mask = touches.select(touches.touch == 3)

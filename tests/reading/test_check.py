@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,10 @@ from study_modules import study
 
 import bayestouch
 from bayestouch.data.touches import Touches
+from bayestouch.pad.effect_changes import CorrectedMeans
+from bayestouch.pad.reading.touch_reader import PadTouchReader
+from bayestouch.reading.faults import SensorCheck
+from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.simulation import PadDesign, simulate
 
@@ -73,6 +78,30 @@ def test_swapped_wires_are_put_right(sound: tuple[Calibration, Touches]) -> None
     assert result.settings["element_order"] == "e01 e02 e04 e03 e05 e06 e07 e08"
     for name, draws in right.posterior.items():
         np.testing.assert_array_equal(result.posterior[name], draws)
+
+
+def test_swapped_wires_of_elements_with_effects_are_put_right(tmp_path: Path) -> None:
+    """Gains differ by half, and readings are bent by 40 % at the peak: each element is corrected with its own peak.
+
+    All results are those of the right wires to the bit, also what the uncertainty of the effect changes.
+    """
+    design = PadDesign(calibration_step_mm=2.25, n_touches=60, gain_spread=0.5, noise_percent_peak=0.3)
+    data = simulate(design, effects={"gain_nonlinearity": -0.4}, seed=1).dataset
+    path = tmp_path / "model.toml"
+    path.write_text('body = "pad"\n[[effect]]\nname = "gain_nonlinearity"\n', encoding="utf-8")
+    calibration = bayestouch.calibrate(data, model=path, kernel="gaussian", e_map="model", draws=32)
+    order = np.array([0, 6, 2, 3, 4, 5, 1, 7])
+    swapped = data.touches.with_(readings=data.touches.readings[:, order])
+    result, right = (bayestouch.infer(each, calibration, draws=64, seed=1) for each in (swapped, data.touches))
+    assert said(right) == []
+    assert result.settings["element_order"] == "e01 e07 e03 e04 e05 e06 e02 e08"
+    for name, draws in right.posterior.items():
+        np.testing.assert_array_equal(result.posterior[name], draws)
+    reader = PadTouchReader.from_calibration(calibration, Options())
+    touches = [reader.average(each.baseline_corrected(calibration.rest_reading)) for each in (swapped, data.touches)]
+    means, wanted = reader.without(SensorCheck((), order, 1.0, 60)).ready(touches[0]), reader.ready(touches[1])
+    assert isinstance(means, CorrectedMeans) and isinstance(wanted, CorrectedMeans) and wanted.changes is not None
+    np.testing.assert_array_equal(means.changes, wanted.changes)
 
 
 def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, Touches]) -> None:

@@ -178,7 +178,7 @@ def test_pads(pad: tuple[SimulatedPad, bayestouch.Calibration], use_load: bool) 
     options = {"use_load": use_load, "check_sensor": False}
     result = bayestouch.infer(touches, calibration, groups="all", draws=128, seed=2, **options)  # type: ignore[arg-type]
     reader = PadTouchReader.from_calibration(calibration, Options(use_load=use_load))
-    known = reader.sampler.reader.touches(reader.average(touches))
+    known = reader.sampler.reader.touches(reader.ready(reader.average(touches)))
     x = np.stack([result.posterior["x"], result.posterior["P"]], axis=-1)
     flat = np.moveaxis(x, 2, 0).reshape(known.n_touches, -1, 2)
     sampled = reader.sampler.reader.log_density(known, flat, np.arange(known.n_touches)).T.reshape(x.shape[:3])

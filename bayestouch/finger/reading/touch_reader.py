@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
 from bayestouch.data.arrays import nearest_turn
@@ -170,9 +170,9 @@ class FingerTouchReader:
             unknown = prepare(unknown, observed, chain, self.sampler, time_s=time_s, plug_in=plug_in)
         return FingerTouches(means, unknown)
 
-    def fitted(self, block: FingerTouches) -> FingerMisfit:
-        """Fits of the touches for the check of the sensor, with the uniform prior of R."""
-        sampler, readings = self.sampler, block.readings.with_independent_loads()
+    def fitted(self, touches: AveragedTouches, block: FingerTouches, some: IntArray) -> FingerMisfit:
+        """Fits of some of the touches for the check of the sensor, with the uniform prior of R."""
+        sampler, readings = self.sampler, block.select(some).readings.with_independent_loads()
         covariance = self.covariance if readings.context is None else readings.context.covariance
         priors = IndenterPriors.of(sampler.chain, self.typical_load)
         return FingerMisfit(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import components_of
 from bayestouch.pad.reading.lattice import Lattice
@@ -33,11 +33,18 @@ class PadMisfit:
         Locations from which the search for a touch starts.
     readings : TouchMeans
         The touches.
+    order : (m,) array
+        Column of the table with the readings of each element.
+    in_order : callable
+        The same touches with another `order`. Effects differ between elements: readings are exchanged before they are
+        corrected.
     """
 
     reader: PadReader
     lattice: Lattice
     readings: TouchMeans
+    order: IndexArray
+    in_order: Callable[[IndexArray], TouchMeans]
 
     @property
     def columns(self) -> FloatArray:
@@ -66,11 +73,10 @@ class PadMisfit:
         share = np.hypot(noise.discrepancy_sd / self.scale[:-1], noise.signal_share)
         return np.append(share, np.median(share))
 
-    def with_order(self, order: NDArray[np.intp]) -> PadMisfit:
+    def with_order(self, order: IndexArray) -> PadMisfit:
         """The touches with the readings of the elements in another order."""
-        touches = self.readings
-        moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
-        return replace(self, readings=moved)
+        columns = self.order[order]
+        return replace(self, readings=self.in_order(columns), order=columns)
 
     def __call__(self, out: BoolArray) -> SensorMisfit:
         """Residuals of the touches, fitted without the columns `out`, a mask (m + 1,)."""

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray, IntArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
@@ -32,6 +32,14 @@ from bayestouch.results.objects import Calibration
 from bayestouch.results.units import load_unit
 
 EXACT = ", at its most probable values"
+
+
+@dataclass(frozen=True, eq=False)
+class AveragedTouches:
+    """Means of touches, corrected for effects, and the rows of the table behind them, minus the rest reading."""
+
+    means: TouchMeans
+    piece: Touches
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +126,12 @@ class PadTouchReader:
         """Kernel, and the samples of a touch that are used."""
         return {"kernel": self.kernel, "samples": self.sampler.reader.samples}
 
-    def average(self, piece: Touches) -> TouchMeans:
-        """Mean readings of the touches in a piece of the table, minus the rest reading, corrected for effects."""
+    def average(self, piece: Touches) -> AveragedTouches:
+        """Means of the touches in a piece of the table, from which the rest reading is subtracted."""
+        return AveragedTouches(self._means(piece), piece)
+
+    def _means(self, piece: Touches) -> TouchMeans:
+        """Mean readings of the touches in a piece of the table, corrected for effects."""
         reader = self.sampler.reader
         dimensions, exact = reader.map.dimensions, not reader.map.n_causes
         readings = (
@@ -130,16 +142,24 @@ class PadTouchReader:
         # A measured load is no share of the usual load: it is of no use if the calibration has no measured loads.
         return readings if self.options.use_load and reader.load_measured else readings.without_load()
 
-    def ready(self, touches: TouchMeans) -> TouchMeans:
+    def ready(self, touches: AveragedTouches) -> TouchMeans:
         """The touches without the columns that the check leaves out."""
-        if self.check is None:
-            return touches
-        corrected = self.check.corrected(touches)
-        return corrected.without_load() if self.check.force_left_out else corrected
+        check = self.check
+        if check is None:
+            return touches.means
+        # Effects differ between elements: readings are exchanged before they are corrected.
+        means = self._means(touches.piece.with_wires(check.order)) if check.swapped else touches.means
+        means = check.without_faulty(means)
+        return means.without_load() if check.force_left_out else means
 
-    def fitted(self, block: TouchMeans) -> PadMisfit:
-        """Fits of the touches, for the check of the sensor."""
-        return PadMisfit(self.sampler.reader, self.sampler.lattice, block)
+    def fitted(self, touches: AveragedTouches, block: TouchMeans, some: IntArray) -> PadMisfit:
+        """Fits of some of the touches, for the check of the sensor."""
+
+        def in_order(order: IndexArray) -> TouchMeans:
+            return self._means(touches.piece.with_wires(order)).select(some)
+
+        order = np.arange(block.n_elements)
+        return PadMisfit(self.sampler.reader, self.sampler.lattice, block.select(some), order, in_order)
 
     def without(self, check: SensorCheck) -> PadTouchReader:
         """The reader without the faulty columns of a check."""
@@ -196,7 +216,7 @@ class PadTouchReader:
         ]
         return np.asarray(np.any(ends, axis=0))
 
-    def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:
+    def notes(self, found: Survey, whole: AveragedTouches | None) -> tuple[str, ...]:
         """Notes on the use of loads and on the effects that are corrected."""
         return (*self._load_notes(found), *self._effect_notes())
 

@@ -24,6 +24,7 @@ def test_touches_beyond_the_priors_tell_nothing(use_load: bool) -> None:
     readings = chain.predict(np.full(6, 4.0), np.radians(angle), load)
     touches = touches_from(np.arange(6), readings, load=load, contact=1.0)
     reader = FingerTouchReader.from_calibration(calibration, Options(use_load=use_load))
-    misfit = reader.fitted(reader.ready(reader.average(touches)))(np.zeros(5, dtype=bool))
+    averaged = reader.average(touches)
+    misfit = reader.fitted(averaged, reader.ready(averaged), np.arange(6))(np.zeros(5, dtype=bool))
     beyond = ~misfit.information.any(axis=1)
     np.testing.assert_array_equal(beyond, [False, False, True, False, True, True])

@@ -51,6 +51,6 @@ def test_touches_at_an_edge_of_the_calibrated_region_tell_nothing(monkeypatch: p
         np.arange(t), np.ones((t, 4)), np.ones((t, 4), dtype=np.int64), np.full(4, np.nan), np.zeros(4),
         np.full(t, 2.0), unknown, unknown, unknown, None, unknown, unknown,
     )  # fmt: skip
-    found = PadMisfit(Plane(), None, means)(np.zeros(5, dtype=bool))  # type: ignore[arg-type]
+    found = PadMisfit(Plane(), None, means, np.arange(4), lambda _: means)(np.zeros(5, dtype=bool))  # type: ignore[arg-type]
     told = (found.information > 0).any(axis=1)
     np.testing.assert_array_equal(told, [True, True, False, False, False, False])
