@@ -17,6 +17,8 @@ from bayestouch.errors import InputError
 
 Rows = TypeVar("Rows", bound=SampleRows)
 
+#: Note of a table without readings at rest.
+NO_REST = "no reading without contact: readings are taken as they are"
 # Noise at rest counts as smaller than in contact if the readings at rest show it with this probability.
 SURE = 0.95
 
@@ -181,7 +183,7 @@ class Baseline:
                 raise InputError(f"expected a rest reading of {len(tally.first)} elements, got shape {given.shape}")
             return cls(given, False, "the rest reading given was subtracted" + _without_rest_reading(given))
         if general is None:
-            return cls(None, False, "no reading without contact: readings are taken as they are")
+            return cls(None, False, NO_REST)
         if tally.with_own == tally.touched:
             note = "each touch's own mean no-contact reading was subtracted"
         elif tally.with_own == 0:

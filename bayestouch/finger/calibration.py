@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.baseline import NO_REST
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
@@ -36,6 +37,12 @@ from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READI
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.version import __version__
+
+
+def with_no_offset(notes: Sequence[str]) -> tuple[str, ...]:
+    """Notes of a calibration; that of readings without a rest reading says what it means on a finger."""
+    why = f"{NO_REST}; a finger has no offset, so they must be zero without touch"
+    return tuple(why if note == NO_REST else note for note in notes)
 
 
 def calibrate_finger(
@@ -228,7 +235,7 @@ def finger_calibration(
             "acceptance": float(drawn.acceptance.min()),
         },
         extra=extra,
-        notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
+        notes=tuple(dict.fromkeys((*with_no_offset(notes), *_noise_notes(touches, priors), *_left_out(used)))),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_without_effects(fit, vectors, groups, seed),

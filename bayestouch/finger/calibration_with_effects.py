@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
 from bayestouch.effects import Effect, Setting
-from bayestouch.finger.calibration import layout
+from bayestouch.finger.calibration import layout, with_no_offset
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
 from bayestouch.finger.model import finger_model
@@ -117,7 +117,7 @@ def calibration_with_effects(
         },
         statistics={**fit_statistics(fitted, rows, spread), **grades},
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
-        notes=(*notes, *targets_missed(grades, draws)),
+        notes=(*with_no_offset(notes), *targets_missed(grades, draws)),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_with_effects(fit, vectors, groups, seed, in_vectors),

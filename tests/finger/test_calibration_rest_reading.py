@@ -28,6 +28,8 @@ def test_the_rest_reading_is_kept_only_where_there_is_one() -> None:
         reads=np.r_[np.ones(n), 1e6, 1e6],
     )
     without = calibrate_finger(dataset(pressed), contact="layer", draws=8, seed=0)
+    zero = "readings are taken as they are; a finger has no offset, so they must be zero without touch"
+    assert f"no reading without contact: {zero}" in without.notes
     kept = calibrate_finger(dataset(both), contact="layer", draws=8, seed=0)
     assert REST_READING not in without.extra
     np.testing.assert_allclose(kept.extra[REST_READING], np.full(m, 6.0))
