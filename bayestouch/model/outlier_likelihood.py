@@ -85,7 +85,7 @@ class OutlierLikelihood:
     def of(cls, scatter: TouchScatter) -> OutlierLikelihood:
         """Likelihood for the scatter of a fitted model."""
         deviation, element, touch = _grouped(scatter)
-        count = (~np.isnan(deviation)).sum(axis=1)
+        count = _count(deviation)
         about = np.abs(deviation - np.nanmedian(deviation, axis=1, keepdims=True))
         usual = np.full(len(scatter.sd), LEAST)
         for e in np.unique(element):
@@ -93,15 +93,30 @@ class OutlierLikelihood:
             rows = element == e
             wider = np.sqrt(1 - 1 / count[rows].mean())
             usual[e] = max(FROM_MEDIAN * float(np.nanmedian(about[rows])) / wider, LEAST)
+        return cls.about(deviation, element, touch, usual, scatter.sd)
+
+    @classmethod
+    def about(
+        cls, deviation: FloatArray, element: IntArray, touch: IntArray, usual: FloatArray, sd: FloatArray
+    ) -> OutlierLikelihood:
+        """Likelihood of groups of samples; `usual` (m,) is about the sd of a right reading, in the unit of `deviation`.
+
+        Other parameters are as the attributes.
+        """
         low = np.nanmin(deviation, axis=1) - BEYOND * usual[element]
         high = np.nanmax(deviation, axis=1) + BEYOND * usual[element]
-        step = usual[element] / np.sqrt(count)
+        step = usual[element] / np.sqrt(_count(deviation))
         nodes = np.ceil((high - low) / step).astype(np.int64) + 1
         first = np.cumsum(nodes) - nodes
         group = np.repeat(np.arange(len(nodes)), nodes)
         place = low[group] + step[group] * (np.arange(len(group)) - first[group])
         square = (deviation[group] - place[:, None]) ** 2
-        return cls(deviation, square, place, element, touch, group, first, step, scatter.sd)
+        return cls(deviation, square, place, element, touch, group, first, step, sd)
+
+    @property
+    def count(self) -> FloatArray:
+        """Number of samples of each group, (g,)."""
+        return _count(self.deviation)
 
     def __call__(self, values: Values, own: FloatArray) -> FloatArray:
         """Contribution of each element to the log likelihood, (m,), up to a constant.
@@ -132,7 +147,7 @@ class OutlierLikelihood:
             Expected true mean, relative to that of the samples, in units of the sd of all noise, and its variance;
             infinite if nothing is expected.
         """
-        count = (~np.isnan(self.deviation)).sum(axis=1)
+        count = self.count
         at_nodes = self._log_density(values, own, self.square, self.group)
         log_samples, mean, variance = self._integrated(at_nodes)
         if not np.isfinite(spread).any():
@@ -214,13 +229,24 @@ def _grouped(scatter: TouchScatter) -> tuple[FloatArray, IntArray, IntArray]:
     Also the element and the touch of each group, both (g,). Groups of one sample carry no information on the noise and
     are left out.
     """
-    n, m = scatter.z.shape
-    order = np.argsort(scatter.touch, kind="stable")
-    number, touch, count = np.unique(scatter.touch[order], return_inverse=True, return_counts=True)
-    sample = np.arange(n) - (np.cumsum(count) - count)[touch]
-    deviation = np.full((len(count), m, int(count.max())), np.nan)
     # `z` is a deviation divided by the root of its weight, which made its variance one; this is undone here.
-    deviation[touch, :, sample] = (scatter.z * np.sqrt(scatter.weight)[:, None])[order]
-    flat, element = deviation.reshape(-1, deviation.shape[2]), np.tile(np.arange(m), len(count))
-    several = (~np.isnan(flat)).sum(axis=1) > 1
+    number, group = np.unique(scatter.touch, return_inverse=True)
+    deviation = grouped_samples(scatter.z * np.sqrt(scatter.weight)[:, None], group)
+    t, m, k = deviation.shape
+    flat, element = deviation.reshape(-1, k), np.tile(np.arange(m), t)
+    several = _count(flat) > 1
     return flat[several], element[several], np.repeat(number, m)[several]
+
+
+def grouped_samples(samples: FloatArray, group: IntArray) -> FloatArray:
+    """Samples (n, m) by their group (n,), which is numbered from 0: (t, m, k), NaN missing."""
+    count, order = np.bincount(group), np.argsort(group, kind="stable")
+    place = group[order]
+    out = np.full((len(count), samples.shape[1], int(count.max())), np.nan)
+    out[place, :, np.arange(len(group)) - (np.cumsum(count) - count)[place]] = samples[order]
+    return out
+
+
+def _count(deviation: FloatArray) -> FloatArray:
+    """Number of samples of groups (..., k) that are not missing."""
+    return np.asarray((~np.isnan(deviation)).sum(axis=-1), dtype=np.float64)

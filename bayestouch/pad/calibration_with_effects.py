@@ -114,7 +114,7 @@ def pad_calibration(
     as_read = table
     relative_slope: OfLoads | None = None
     if added:
-        table = effects.corrected(as_read, clock)
+        table = effects.without_wrong(effects.corrected(as_read, clock))
         sensor, assumed = _with_acting_noise(sensor, as_read.select(training), effects)
         notes, relative_slope = (*notes, *assumed), effects.relative_slope
     known = table.select(training).with_(notes=())
@@ -138,7 +138,7 @@ def pad_calibration(
     if added:
 
         def moved(values: PadEffects) -> Touches:
-            return values.corrected(as_read, clock, near=table).select(training)
+            return values.without_wrong(values.corrected(as_read, clock, near=table)).select(training)
 
         map_ = PadMap.from_arrays(made.extra)
         made = replace(made, extra={**made.extra, **_following(effects, moved, chosen, map_).arrays()})

@@ -127,8 +127,6 @@ class PadEffects:
     def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
         """The table with signals (plus the zeros of the elements) instead of readings, and with acting loads.
 
-        Readings that are probably wrong by an effect of the noise are missing in it.
-
         Parameters
         ----------
         touches : Touches
@@ -157,9 +155,10 @@ class PadEffects:
         readings[rows] = np.where(missing, np.nan, signal + self.zero)
         load = touches.load.copy()
         load[rows] = self.acting(load[rows])
-        return self._without_wrong(touches.with_(readings=readings, load=load, readings_sd=None))
+        return touches.with_(readings=readings, load=load, readings_sd=None)
 
-    def _without_wrong(self, corrected: Touches) -> Touches:
+    def without_wrong(self, corrected: Touches) -> Touches:
+        """A corrected table without the readings that are probably wrong by an effect of the noise."""
         if self.sd is None:
             return corrected
         for effect in self.listed.of_noise:

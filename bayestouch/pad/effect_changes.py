@@ -17,9 +17,11 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches
+from bayestouch.effects.noise import Outliers
+from bayestouch.model.few_samples import FewSamples, doubtful_samples
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.corrected import PadEffects
-from bayestouch.pad.known_touches import pad_readings
+from bayestouch.pad.known_touches import counted_samples, pad_readings
 
 # Step of central differences, as a share of the standard deviation of a cause.
 STEP = 0.1
@@ -38,10 +40,13 @@ class CorrectedMeans(TouchMeans):
     changes : (t, q, m + 1) array or None
         Change of the corrected readings; last, the change of the corrected load minus that of the acting load at the
         same true load. None if the values of the effects count as exact.
+    few : FewSamples or None
+        Samples that are too few to say which are outliers, of all touches that were averaged together.
     """
 
     load_as_read: FloatArray
     changes: FloatArray | None = None
+    few: FewSamples | None = None
 
 
 def changes_of(effects: PadEffects, of: Callable[[PadEffects], FloatArray]) -> FloatArray:
@@ -74,14 +79,18 @@ def corrected_means(
         No touch is in contact.
     """
     corrected = effects.corrected(touches)
-    means = pad_readings(corrected, dimensions, samples)
+    kept = effects.without_wrong(corrected)
+    means, few = pad_readings(kept, dimensions, samples), None
+    if effects.sd is not None and Outliers.name in effects.values:
+        doubtful = counted_samples(doubtful_samples(corrected, kept), samples)
+        few = FewSamples.of(doubtful, effects.values[Outliers.name], effects.sd, effects.peak)
     of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
-    out = CorrectedMeans(**of_means, load_as_read=pad_readings(touches, dimensions, samples).load)
+    out = CorrectedMeans(**of_means, load_as_read=pad_readings(touches, dimensions, samples).load, few=few)
     if exact:
         return out
 
     def columns(effects: PadEffects) -> FloatArray:
-        means = pad_readings(effects.corrected(touches, near=corrected), dimensions, samples)
+        means = pad_readings(effects.without_wrong(effects.corrected(touches, near=corrected)), dimensions, samples)
         return np.column_stack([means.readings, means.load])
 
     changes = np.nan_to_num(changes_of(effects, columns))

@@ -71,6 +71,17 @@ class SensorMisfit:
         """Number of elements: k without the force sensor."""
         return len(self.scale) - 1
 
+    @property
+    def expected(self) -> tuple[FloatArray, FloatArray]:
+        """Reading minus what the other columns say, and its variance, (t, m) both; 0 and infinite if they say nothing.
+
+        Of the elements, without the force sensor.
+        """
+        score, information = self.score[:, :-1], self.information[:, :-1]
+        told = information > 0
+        variance = np.where(told, 1 / np.where(told, information, 1.0), np.inf)
+        return np.where(told, score * np.where(told, variance, 0.0), 0.0), variance
+
 
 @dataclass(frozen=True, eq=False)
 class ColumnTests:

@@ -39,6 +39,15 @@ def test_settings() -> None:
     assert (fault_tests.THRESHOLD, fault_tests.SCATTER) == (4.0, 2.5)
 
 
+def test_what_the_other_columns_say_of_an_element() -> None:
+    """Score times variance is the difference; without information the variance is infinite; elements only."""
+    made = misfit(2)
+    made.score[:], made.information[:] = [[6.0, 8.0, 1.0], [2.0, 3.0, 1.0]], [[4.0, 2.0, 1.0], [0.5, 0.0, 1.0]]
+    difference, variance = made.expected
+    np.testing.assert_allclose(difference, [[1.5, 4.0], [4.0, 0.0]])
+    np.testing.assert_allclose(variance, [[0.25, 0.5], [2.0, np.inf]])
+
+
 @pytest.mark.parametrize(("touches", "tells"), [(7, False), (8, True)])
 def test_eight_touches_tell(touches: int, tells: bool) -> None:
     found = fault_tests.tested(misfit(touches))

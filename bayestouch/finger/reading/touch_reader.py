@@ -149,11 +149,21 @@ class FingerTouchReader:
         """Means of the touches in a piece of the table, minus the rest reading; one per sample if `each_sample`."""
         if self.effects_chain is None:
             return AveragedTouches(rows_as_touches(piece) if self.options.each_sample else piece.averaged())
-        observed, note = observe(piece, self.effects_chain, self.noise, self.options.each_sample)
+        observed, few, note = observe(piece, self.effects_chain, self.noise, self.options.each_sample)
         recorded_s = self.options.recorded_s
         if recorded_s is not None:
             recorded_s = observed.of_touches(recorded_s[piece.in_contact])
-        return AveragedTouches(observed.means, observed, note if self._with_time else "", recorded_s)
+        touches = AveragedTouches(observed.means, observed, note if self._with_time else "", recorded_s)
+        if few is None:
+            return touches
+        # As before the check of the sensor, whose result does not change the means.
+        unchecked = replace(self, check=None, sampler=replace(self.sampler, noise=self.noise))
+
+        def expected(means: TouchMeans) -> tuple[FloatArray, FloatArray]:
+            fitted = unchecked.fitted(unchecked.ready(replace(touches, means=means)))
+            return fitted(np.zeros(means.n_elements + 1, dtype=bool)).expected
+
+        return replace(touches, means=few.weighed(touches.means, expected))
 
     def ready(self, touches: AveragedTouches) -> FingerTouches:
         """The touches with the effects at their times, drifts estimated from all touches, and true loads."""

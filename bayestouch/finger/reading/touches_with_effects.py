@@ -10,6 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
 from bayestouch.data.touches import Touches
+from bayestouch.effects.noise import Outliers
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
@@ -29,6 +30,7 @@ from bayestouch.finger.reading.reader import (
     noise_whitener,
 )
 from bayestouch.finger.reading.true_load import changes_load, true_loads
+from bayestouch.model.few_samples import FewSamples, doubtful_samples
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.outliers import without_wrong
@@ -40,25 +42,38 @@ ROUNDS = 3
 
 def observe(
     corrected: Touches, effects_chain: ChainWithEffects, noise: Noise, each_sample: bool
-) -> tuple[Observations, str]:
-    """Touches of a table with times, without readings that are probably wrong, and a note on the assumed times."""
+) -> tuple[Observations, FewSamples | None, str]:
+    """Touches of a table with times, without readings that are probably wrong.
+
+    Also the samples that are too few to say which are wrong, and a note on the assumed times.
+    """
     timing = Timing.in_unit(corrected, effects_chain.listed.setting.time_unit)
-    table = _without_wrong(corrected, effects_chain, noise, timing)
+    table, doubtful = _without_wrong(corrected, effects_chain, noise, timing)
     history = history_of(table, timing.time_s)
     if each_sample:
-        table = table.with_(touch=np.arange(table.n_rows), sample=np.zeros(table.n_rows, dtype=np.int64))
+        rows = {"touch": np.arange(table.n_rows), "sample": np.zeros(table.n_rows, dtype=np.int64)}
+        table, doubtful = table.with_(**rows), doubtful.with_(**rows)
     span = (float(timing.time_s.min()), float(timing.time_s.max()))
     observed = Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span)
     if each_sample:
         # One touch per row, with the number of its touch in the table.
         observed = replace(observed, means=replace(observed.means, touch=corrected.touch[observed.means.touch]))
-    return observed, timing.note
+    few = None
+    if Outliers.name in effects_chain.values:
+        values = effects_chain.values[Outliers.name]
+        few = FewSamples.of(doubtful, values, noise.tactile_sd, effects_chain.model.peak)
+    return observed, few, timing.note
 
 
-def _without_wrong(table: Touches, effects_chain: ChainWithEffects, noise: Noise, timing: Timing) -> Touches:
-    """The table without readings that are probably wrong; a change within a touch that an effect makes is not wrong."""
+def _without_wrong(
+    table: Touches, effects_chain: ChainWithEffects, noise: Noise, timing: Timing
+) -> tuple[Touches, Touches]:
+    """The table without readings that are probably wrong, and with only those for which this cannot be said.
+
+    A change within a touch that an effect makes is not wrong.
+    """
     if not effects_chain.listed.of_noise:
-        return table
+        return table, table
     growth = np.ones(table.readings.shape)
     if len(timed_rows(effects_chain)):
         history = history_of(table, timing.time_s)
@@ -67,10 +82,11 @@ def _without_wrong(table: Touches, effects_chain: ChainWithEffects, noise: Noise
         signal = timed_signal(effects_chain, observed)
         factor = timed_samples(effects_chain, observed, effects_chain.vector, signal)[0]
         growth[table.in_contact] = factor / observed.of_touches(factor)[observed.row_touch]
+    kept = table
     for effect in effects_chain.listed.of_noise:
         values, peak = effects_chain.values[effect.name], effects_chain.model.peak
-        table = without_wrong(table, effect, values, noise.tactile_sd, peak, growth)
-    return table
+        kept = without_wrong(kept, effect, values, noise.tactile_sd, peak, growth)
+    return kept, doubtful_samples(table.with_(readings=table.readings / growth), kept)
 
 
 def prepare(

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IndexArray, IntArray
+from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
@@ -66,6 +67,8 @@ class PadTouchReader:
         Effects for which readings and loads are corrected.
     check : SensorCheck or None
         Faults that are left out, from the check of the sensor.
+    calibrated_noise : Noise or None
+        Noise of the calibration, if the check widened it.
     """
 
     options: Options
@@ -75,6 +78,7 @@ class PadTouchReader:
     calibrated_load: FloatArray
     effects: PadEffects | None
     check: SensorCheck | None = None
+    calibrated_noise: Noise | None = None
 
     least_share = 0.4
     drifts_are_estimated = False
@@ -140,7 +144,26 @@ class PadTouchReader:
             else corrected_means(self.effects, piece, dimensions, reader.samples, exact=exact)
         )
         # A measured load is no share of the usual load: it is of no use if the calibration has no measured loads.
-        return readings if self.options.use_load and reader.load_measured else readings.without_load()
+        readings = readings if self.options.use_load and reader.load_measured else readings.without_load()
+        if not isinstance(readings, CorrectedMeans) or readings.few is None:
+            return readings
+
+        def in_order(order: IndexArray) -> TouchMeans:
+            return self._means(piece.with_wires(order))
+
+        def expected(means: TouchMeans) -> tuple[FloatArray, FloatArray]:
+            sampler, order = self._as_calibrated, np.arange(means.n_elements)
+            fits = PadMisfit(sampler.reader, sampler.lattice, means, order, in_order)
+            return fits(np.zeros(means.n_elements + 1, dtype=bool)).expected
+
+        return readings.few.weighed(replace(readings, few=None), expected)
+
+    @cached_property
+    def _as_calibrated(self) -> PadSampler:
+        """The sampler before the check of the sensor widened its noise: the check does not change the means."""
+        if self.calibrated_noise is None:
+            return self.sampler
+        return PadSampler.of(replace(self.sampler.reader, noise=self.calibrated_noise))
 
     def ready(self, touches: AveragedTouches) -> TouchMeans:
         """The touches without the columns that the check leaves out."""
@@ -167,7 +190,9 @@ class PadTouchReader:
         if check.excess == 1:
             return replace(self, check=check)
         wider = replace(reader, noise=widened(reader.noise, check.excess))
-        return replace(self, check=check, sampler=PadSampler.of(wider))
+        return replace(
+            self, check=check, sampler=PadSampler.of(wider), calibrated_noise=self.calibrated_noise or reader.noise
+        )
 
     def unknown(self, block: TouchMeans) -> TouchMeans:
         """The touches; their reference locations are used only for ``reference_level``."""

@@ -219,7 +219,7 @@ def test_a_creep_is_no_outlier() -> None:
     one = bayestouch.calibrate(data, model=model, draws=64)
     chain = ChainWithEffects.of(one)
     assert abs(chain.values["creep"][0] - 0.1) < 0.005
-    observed, _ = module.observe(data.touches, chain, one.noise, each_sample=False)
+    observed, _, _ = module.observe(data.touches, chain, one.noise, each_sample=False)
     assert np.isnan(observed.deviation).mean() < 0.01
 
 
