@@ -110,7 +110,7 @@ class FingerStream:
             require_seconds(chain.listed.setting.time_unit)
         self.corrects_load = changes_load(chain)
         self.found: Found | None = None
-        self._earlier: list[tuple[float, float, FloatArray]] = []
+        self._earlier: list[tuple[float, FloatArray]] = []
         self._blank = blank_context(chain, 1, exact=exact)
         self._vectors = self._moved_vectors()
         self._start()

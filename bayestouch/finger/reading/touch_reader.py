@@ -160,7 +160,8 @@ class FingerTouchReader:
         unchecked = replace(self, check=None, sampler=replace(self.sampler, noise=self.noise))
 
         def expected(means: TouchMeans) -> tuple[FloatArray, FloatArray]:
-            fitted = unchecked.fitted(unchecked.ready(replace(touches, means=means)))
+            some = replace(touches, means=means)
+            fitted = unchecked.fitted(some, unchecked.ready(some), np.arange(means.n_touches))
             return fitted(np.zeros(means.n_elements + 1, dtype=bool)).expected
 
         return replace(touches, means=few.weighed(touches.means, expected))

@@ -31,7 +31,7 @@ class PadStream:
         self.needs_time = effects is not None and any(effect.needs_samples for effect in effects.listed.plain)
         if effects is not None and self.needs_time:
             require_seconds(effects.listed.setting.time_unit)
-        self._earlier: list[tuple[float, float, FloatArray]] = []
+        self._earlier: list[tuple[float, FloatArray]] = []
         self._history: History | None = None
         self._began = self._last = 0.0
         self._raw: HeldTouch | None = None
