@@ -19,6 +19,7 @@ def test_readings_that_are_missing_count_as_none(monkeypatch: pytest.MonkeyPatch
     readings, one = np.array([[1.0, np.nan], [3.0, 4.0]]), np.zeros(2)
     means = SimpleNamespace(readings=readings, counts=np.array([[5, 5], [2, 4]]), touch=np.arange(2))
     means.angle_deg = means.indenter_radius_mm = means.load = one
+    means.samples, means.reads_of_load = np.array([5.0, 4.0]), np.array([1.0, 4.0])
     model = SimpleNamespace(
         known=SimpleNamespace(means=means), predict=lambda vector: SimpleNamespace(touches=np.zeros((2, 2)))
     )
@@ -27,6 +28,7 @@ def test_readings_that_are_missing_count_as_none(monkeypatch: pytest.MonkeyPatch
     fitted: Any = SimpleNamespace(model=model, vector=one, drifted=0.0)
     rows = touch_rows(fitted, Noise(np.array([2.0, 2.0]), one, 0.0, 0.0))
     np.testing.assert_array_equal(rows.counts, [[5, 0], [2, 4]])
+    np.testing.assert_array_equal([rows.samples, rows.load_reads], [[5.0, 4.0], [1.0, 4.0]])
     np.testing.assert_allclose(rows.sd, [[2 / np.sqrt(5), np.inf], [2 / np.sqrt(2), 1.0]])
 
 
