@@ -126,6 +126,17 @@ class Finger(Summarised):
         """Angles in degree, with as many whole turns added as bring them nearest to the middle of the elements."""
         return nearest_turn(angle_deg, 0.5 * (min(self.element_angles_deg) + max(self.element_angles_deg)))
 
+    def extent(self, angle_deg: FloatArray) -> tuple[float, float]:
+        """Lowest and highest of some angles, degree, with the circle cut at the largest gap between them.
+
+        -30 to 30 and 330 to 30 are the same range. NaN is left out.
+        """
+        row = _in_a_row(tuple(angle_deg[np.isfinite(angle_deg)].tolist()))
+        low, high = min(row), max(row)
+        middle = np.array([0.5 * (low + high)])
+        turns = float((self.near(middle) - middle)[0])
+        return low + turns, high + turns
+
     def as_built(self) -> tuple[tuple[str, Any, str], ...]:
         """Return the rows (quantity, value, unit) of a table of the geometry; the value is None if unknown."""
         pitch = self.pitch_deg

@@ -7,6 +7,8 @@ from functools import cache
 from importlib import import_module
 from typing import Any, ClassVar, Protocol
 
+from bayestouch.array_types import FloatArray
+
 #: Folder of each kind of body, by its name in `sensor.toml`. A new body needs a folder and a line here. The names are
 #: strings, because the folders are in a higher layer; their modules are imported when they are needed.
 BODIES = {"finger": "bayestouch.finger", "pad": "bayestouch.pad"}
@@ -57,6 +59,10 @@ class Geometry(Protocol):
     @property
     def location_columns(self) -> tuple[str, ...]:
         """Columns of the touch table that contain the reference location."""
+        ...
+
+    def extent(self, place: FloatArray) -> tuple[float, float]:
+        """Lowest and highest of some locations along one column, in its unit; NaN is left out."""
         ...
 
     def as_built(self) -> tuple[tuple[str, Any, str], ...]:

@@ -8,6 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+
+from bayestouch.array_types import FloatArray
 from bayestouch.data.checked import checked_numbers, checked_positive
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
@@ -103,6 +106,10 @@ class Pad(Summarised):
     def location_columns(self) -> tuple[str, ...]:
         """Columns of the touch table that contain the reference location."""
         return self.all_location_columns[: self.dimensions]
+
+    def extent(self, place_mm: FloatArray) -> tuple[float, float]:
+        """Lowest and highest of some coordinates, mm; NaN is left out."""
+        return float(np.nanmin(place_mm)), float(np.nanmax(place_mm))
 
     @property
     def places_mm(self) -> dict[str, tuple[float, ...]]:

@@ -283,7 +283,7 @@ class SplitData:
         contact_rows = self.table.in_contact
         return Setting(
             n_elements=sensor.n_elements,
-            place_range=tuple((float(np.nanmin(axis)), float(np.nanmax(axis))) for axis in places),
+            place_range=tuple(sensor.body.extent(axis) for axis in places),
             reference_load=reference_load,
             load_unit=sensor.body.load_unit,
             has_edges=bool((table.indenter_radius_mm == 0).any()),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+import numpy as np
 import pytest
 
 from bayestouch.data.geometry import geometries
@@ -88,3 +89,21 @@ def test_a_body_that_is_not_known_is_refused_with_those_that_are() -> None:
     for kind in ('"ball"', '["pad"]'):
         with pytest.raises(InputError, match='expected "finger" or "pad", got'):
             sensor_from_toml(f"body = {kind}\n")
+
+
+@pytest.mark.parametrize("elements", [(-30.0, 0.0, 30.0), (0.0, 30.0, 330.0)])
+@pytest.mark.parametrize("angles", [[-28.0, -10.0, np.nan, 5.0, 26.0], [332.0, 350.0, np.nan, 5.0, 26.0]])
+def test_extent_of_a_finger_does_not_depend_on_the_turn(elements: tuple[float, ...], angles: list[float]) -> None:
+    finger = Finger(core_radius_mm=9.0, outer_radius_mm=12.0, sensing_radius_mm=10.0, element_angles_deg=elements)
+    low, high = finger.extent(np.array(angles))
+    assert high - low == pytest.approx(54.0)
+    assert (low + 28.0) % 360 == pytest.approx(0.0)
+
+
+def test_extent_all_around_and_in_the_turn_of_the_elements() -> None:
+    finger = Finger(
+        core_radius_mm=9.0, outer_radius_mm=12.0, sensing_radius_mm=10.0, element_angles_deg=(170.0, 180.0, 190.0)
+    )
+    assert finger.extent(np.arange(0.0, 360.0, 10.0)) == (0.0, 350.0)
+    assert finger.extent(np.array([-170.0, 165.0])) == pytest.approx((165.0, 190.0))
+    assert Pad((0.0, 6.0), None, 6.0, 6.0).extent(np.array([3.0, np.nan, -1.0])) == (-1.0, 3.0)
