@@ -18,6 +18,7 @@ LARGEST = 1e100
 _HEAD = """\
 # Effects of this sensor that are added to the base model, as found by a diagnosis.
 # bayestouch calibrate DATASET --model model.toml fits the values again, starting from these.
+# Values of drifts and of the noise are searched without them, but a drift is of the kind that is stated here.
 
 """
 
@@ -34,7 +35,8 @@ class StatedModel:
         Base contact model of a finger; ``""`` on a pad.
     effects : tuple of (name, mapping of parameter to value)
         Effects in the order in which they are added, with the values from which a fit starts. The fit chooses a
-        start for values that are not stated.
+        start for values that are not stated. Those of noise effects, and sd and time of drifts, it always searches;
+        a drift is of the stated kind (``own``).
     correction : bool
         Whether an empirical correction by element and location is added.
     path : Path or None

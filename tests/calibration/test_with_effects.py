@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bayestouch.calibration import with_effects
-from bayestouch.effects import effect_classes
+from bayestouch.effects import RandomEffect, effect_classes
 from bayestouch.effects.listing import FINGER
 from bayestouch.errors import InputError
 
@@ -35,3 +35,15 @@ def test_other_starts_reach_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(with_effects, "fit_with", fit_with)
     assert with_effects._with_effect(None, creep, {"share": 0.0, "time": 2.0}) == ("fitted", "found")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("stated", "kinds"), [({}, ((0.0,), (1.0,))), ({"own": 1.0}, ((1.0,),)), ({"own": 0.0}, ((0.0,),))]
+)
+def test_a_drift_is_of_the_stated_kind(stated: dict[str, float], kinds: tuple[tuple[float, ...], ...]) -> None:
+    drift = effect_classes()["gain_drift"].suited(FINGER)
+    assert drift is not None
+    found = with_effects.of_stated_kind(drift, stated | {"time": 100.0})
+    assert isinstance(found, RandomEffect)
+    assert found.kinds == kinds
+    assert found.parameters[:2] == drift.parameters[:2]
