@@ -44,7 +44,7 @@ Normals = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class FewSamples:
-    """Samples of g groups (one element in one touch) with too few samples to tell which are outliers.
+    """Samples of g groups (one element in one touch) with so few samples that they do not show which are outliers.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ class FewSamples:
         sd, own = self._sd, np.ones(len(self.sd))
         found = self.likelihood.true_means(self.values, own, about / sd, spread / sd**2)
         mean, variance = self.centre + found.mean * sd, found.variance * sd**2
-        # A normal density beyond all samples stands for two separate ranges of the true mean, and is far too sure.
+        # A normal density beyond all samples replaces two separate ranges of the true mean, and is far too sure.
         samples = self.likelihood.deviation
         beyond = np.maximum(np.nanmin(samples, axis=1) - found.mean, found.mean - np.nanmax(samples, axis=1))
         wrong = (variance > self._wrong_variance) | (beyond > BEYOND)
