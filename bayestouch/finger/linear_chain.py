@@ -131,9 +131,9 @@ def linearised_chain(
     whole = np.linalg.cholesky(conditioned(total * np.outer(unit, unit)))
     half = np.asarray(solve_triangular(whole, unit[:, None] * white.reshape(n, -1), lower=True, check_finite=False))
     spent = spent + degrees_spent(half.reshape(white.shape), root, own)
-    of_touches = [np.where(known.missing, 0.0, each) for each in (left, by_load)]
+    rest, slope = (np.where(known.missing, 0.0, each) for each in (left, by_load))
     together = np.where(known.missing, 0.0, shared) if posterior.noise.shared else ()
-    residuals = Residuals(*of_touches, spent, more, together)
+    residuals = Residuals(rest, slope, spent, more, together)
     return LinearChain(residuals, precision, gradient, constant, pull)
 
 

@@ -116,4 +116,4 @@ def _noise(fitted: Fitted, touches: TouchMeans, mean: FloatArray, by_load: Float
     load_sd = np.full(touches.n_touches, float(np.median(noise.load_sd)))
     alive = np.isfinite(touches.readings)
     by_load, shared = np.where(alive, by_load, 0.0), np.where(alive, shared, 0.0)
-    return with_load_error(variance, by_load, load_sd) + np.einsum("qti,qtj->tij", shared, shared)
+    return np.asarray(with_load_error(variance, by_load, load_sd) + np.einsum("qti,qtj->tij", shared, shared))

@@ -111,7 +111,7 @@ def _expand(posterior: FingerPosterior, w: FloatArray, rest: FloatArray, blocks:
     places = rest[:, :, None] + moves * steps[:, :, None]
     x = np.concatenate([np.broadcast_to(w[:, :, None, None], (t, g, 5, 1)), places], axis=-1).reshape(t, g * 5, 3)
     z = posterior.residual(x, blocks).reshape(t, g, 5, -1)
-    prior = posterior.log_prior(x, blocks).reshape(t, g, 5)
+    prior = posterior.log_factor(x, blocks).reshape(t, g, 5)
     by_angle, by_load = z[:, :, 1] - z[:, :, 2], z[:, :, 3] - z[:, :, 4]
 
     def product(one: NDArray[np.floating], other: NDArray[np.floating]) -> FloatArray:

@@ -21,6 +21,7 @@ from bayestouch.finger.reading.reader import (
     TouchReadings,
     full_whitener,
     noise_whitener,
+    with_noise_of_signal,
 )
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.priors.radius import RadiusOfTips
@@ -135,6 +136,7 @@ class FingerSampler:
         if covariance_of is not None:
             covariance = covariance_of(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
             posterior = with_whitener(posterior, full_whitener(self.noise, some, covariance))
+            posterior = with_noise_of_signal(posterior, mode, self.noise, covariance)
             mode = find_modes(posterior, mode)
         place = distant_places(posterior, mode)
         elsewhere = fits_as_well(posterior, mode, place)

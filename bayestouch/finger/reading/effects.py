@@ -18,7 +18,7 @@ from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.covariance import root_of, spread_of
-from bayestouch.finger.reading.reader import TouchContext
+from bayestouch.finger.reading.reader import SignalNoise, TouchContext
 from bayestouch.finger.reading.true_load import TrueLoads, recorded_touches
 from bayestouch.model.observations import Observations, UntimedTouches
 
@@ -147,6 +147,13 @@ class EffectContext:
             along = self.loads.along(self._root, spread)
             total = total - along[:, :, None] * along[:, None]
         return np.asarray(total)
+
+    def noise_of_signal(self, signal: FloatArray, covariance: FloatArray) -> SignalNoise | None:
+        """Noise that depends on the signal; None without an effect that adds it. See `TouchContext`."""
+        added = self.effects_chain.listed.noise
+        if not added.share:
+            return None
+        return SignalNoise.of(added, self.effects_chain.model.peak, self.counts, signal, covariance)
 
     def columns(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance of the readings with the parameters of the calibration, for a table over touches.

@@ -171,7 +171,7 @@ def _expansion(posterior: FingerPosterior, x: FloatArray, blocks: IntArray) -> t
     places = x[:, None] + moves * steps[:, None]
     z = posterior.residual(places, blocks)
     jacobian = (z[:, 1:4] - z[:, 4:7]) / (2 * steps[..., None])
-    prior = posterior.log_prior(places, blocks)
+    prior = posterior.log_factor(places, blocks)
     finite: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=1, keepdims=True)
     prior = np.where(finite, prior, 0.0)
     slope = (prior[:, 1:4] - prior[:, 4:7]) / (2 * steps)

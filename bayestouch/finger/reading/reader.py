@@ -12,11 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.chain.noise import Noise
+from bayestouch.data.arrays import read_once
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.model.noise import AddedNoise
 from bayestouch.priors.indenters import IndenterPrior, UniformRadius
 from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.reading.ends import is_at_the_end
+
+# Least part of the variance of a reading that does not depend on the signal, over the part that does: far below that of
+# any sensor, and above zero.
+LEAST_OTHER = 1e-3
 
 
 class CalibratedFinger(Protocol):
@@ -63,6 +69,45 @@ class CalibratedFinger(Protocol):
         ...
 
 
+@dataclass(frozen=True, eq=False)
+class SignalNoise:
+    """Noise that depends on the signal: variance of the readings of t touches over that at their modes.
+
+    Attributes
+    ----------
+    added : AddedNoise
+        The noise.
+    peak : (m,) array
+        Peak readings, its unit.
+    counts : (t, m) array
+        Number of raw readings in each mean, at least 1.
+    at_mode, other : (t, m) arrays
+        Variance of each reading at the mode of its touch, and its part by all else.
+    """
+
+    added: AddedNoise
+    peak: FloatArray
+    counts: FloatArray
+    at_mode: FloatArray
+    other: FloatArray
+
+    @classmethod
+    def of(
+        cls, added: AddedNoise, peak: FloatArray, counts: FloatArray, signal: FloatArray, covariance: FloatArray
+    ) -> SignalNoise:
+        """From the readings (t, m) at the modes, and the covariance (t, m, m) of the readings there."""
+        counts = read_once(counts)
+        own = added.variance(signal, peak) / counts
+        # Effects in time change the signals of the covariance a little: no part of it becomes negative.
+        other = np.maximum(np.einsum("tii->ti", covariance) - own, LEAST_OTHER * own)
+        return cls(added, peak, counts, own + other, other)
+
+    def growth(self, predicted: NDArray[np.floating], blocks: IntArray) -> FloatArray:
+        """Variance of predicted readings (B, W, m) of the touches `blocks` (B,), over that at the mode."""
+        own = self.added.variance(np.asarray(predicted, dtype=np.float64), self.peak) / self.counts[blocks][:, None]
+        return np.asarray((own + self.other[blocks][:, None]) / self.at_mode[blocks][:, None])
+
+
 class TouchContext(Protocol):
     """Protocol of the effects on the readings of given touches, which may depend on the times of the touches."""
 
@@ -86,6 +131,10 @@ class TouchContext(Protocol):
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) of the mean readings without each element's own noise."""
+        ...
+
+    def noise_of_signal(self, signal: FloatArray, covariance: FloatArray) -> SignalNoise | None:
+        """Noise that depends on the signal, with readings (t, m) and their covariance (t, m, m) at the modes."""
         ...
 
 
@@ -201,6 +250,9 @@ class FingerPosterior:
         ``Σ^(-1/2)`` of each touch, or its diagonal; rows of missing readings are zero.
     table : ReadingTable, optional
         Table of readings, for many evaluations; without it the chain is evaluated.
+    noise_of_signal : SignalNoise, optional
+        Noise that depends on the signal: the variance of each reading is that at the mode, which `whitener` has, times
+        its growth. Correlations are those at the mode.
     """
 
     chain: CalibratedFinger
@@ -208,6 +260,7 @@ class FingerPosterior:
     priors: IndenterPriors
     whitener: FloatArray
     table: ReadingTable | None = None
+    noise_of_signal: SignalNoise | None = None
 
     def select(self, index: IntArray) -> FingerPosterior:
         """Posterior of some of the touches."""
@@ -238,7 +291,10 @@ class FingerPosterior:
         radius = self.radius(np.ascontiguousarray(x[..., 0]))
         readings, whitener = (each[blocks] for each in self._compared_with)
         difference = self.predicted(radius, angle, load, blocks)
+        growth = None if self.noise_of_signal is None else self.noise_of_signal.growth(difference, blocks)
         difference -= readings[:, None]
+        if growth is not None:
+            difference = difference / np.sqrt(growth).astype(difference.dtype)
         if whitener.ndim == 2:
             difference *= whitener[:, None]
             return difference
@@ -287,9 +343,20 @@ class FingerPosterior:
             - 0.5 * miss * miss
         )
 
+    def log_factor(self, x: FloatArray, blocks: IntArray) -> FloatArray:
+        """Log posterior density (B, W) without the squares of the residuals: prior, load and volume of the noise."""
+        prior = self.log_prior(x, blocks)
+        if self.noise_of_signal is None:
+            return prior
+        angle, load = np.ascontiguousarray(x[..., 1]), np.ascontiguousarray(x[..., 2])
+        predicted = self.predicted(self.radius(np.ascontiguousarray(x[..., 0])), angle, load, blocks)
+        diagonal = self.whitener if self.whitener.ndim == 2 else np.einsum("tii->ti", self.whitener)
+        logs = np.log(self.noise_of_signal.growth(predicted, blocks))
+        return np.asarray(prior - 0.5 * (logs * (diagonal[blocks] != 0)[:, None]).sum(axis=-1))
+
     def log_density(self, x: FloatArray, blocks: IntArray) -> FloatArray:
         """Log posterior density (B, W), up to a constant per touch; ``-inf`` outside the priors."""
-        prior = self.log_prior(x, blocks)
+        prior = self.log_factor(x, blocks)
         return np.where(np.isfinite(prior), prior - 0.5 * _sum_of_squares(self.residual(x, blocks)), -np.inf)
 
 
@@ -313,3 +380,28 @@ def full_whitener(noise: Noise, touches: TouchReadings, calibration_covariance: 
     inner = diagonal[:, :, None] * calibration_covariance * diagonal[:, None, :]
     root = np.linalg.cholesky(inner + np.eye(inner.shape[-1]))
     return np.linalg.solve(root, np.eye(inner.shape[-1])[None] * diagonal[:, None, :])
+
+
+def with_noise_of_signal(
+    posterior: FingerPosterior, mode: FloatArray, noise: Noise, covariance: FloatArray
+) -> FingerPosterior:
+    """The posterior with noise that depends on the signal, if its touches have any.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        The posterior with the whitener at the modes.
+    mode : (t, 3) array
+        Modes of the touches in (w, θ_c, P).
+    noise : Noise
+        Each element's own noise.
+    covariance : (t, m, m) array
+        Covariance of the readings at the modes without it.
+    """
+    touches, (w, angle, load) = posterior.touches, mode.T[:, :, None]
+    if touches.context is None:
+        return posterior
+    signal = posterior.predicted(posterior.radius(w), angle, load, np.arange(len(mode)))[:, 0].astype(np.float64)
+    own = noise.mean_sd(read_once(touches.counts), np.zeros(touches.counts.shape)) ** 2
+    whole = covariance + own[:, :, None] * np.eye(own.shape[1])
+    return replace(posterior, noise_of_signal=touches.context.noise_of_signal(signal, whole))

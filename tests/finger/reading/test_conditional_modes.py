@@ -42,7 +42,7 @@ class Linear:
         offset = np.array([1.0, -2.0, 0.5]) * blocks[:, None, None] + 3 * x[..., :1]
         return offset + x[..., 1:] @ self.slope.T
 
-    def log_prior(self, x: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    def log_factor(self, x: np.ndarray, blocks: np.ndarray) -> np.ndarray:
         return -0.5 * ((x[..., 2] - 50) / 10) ** 2
 
 
