@@ -132,7 +132,7 @@ def linearised_chain(
     half = np.asarray(solve_triangular(whole, unit[:, None] * white.reshape(n, -1), lower=True, check_finite=False))
     spent = spent + degrees_spent(half.reshape(white.shape), root, own)
     rest, slope = (np.where(known.missing, 0.0, each) for each in (left, by_load))
-    together = np.where(known.missing, 0.0, shared) if posterior.noise.shared else ()
+    together = list(np.where(known.missing, 0.0, shared)) if posterior.noise.shared else []
     residuals = Residuals(rest, slope, spent, more, together)
     return LinearChain(residuals, precision, gradient, constant, pull)
 
