@@ -3,7 +3,8 @@
 For a given indenter, location and load are nearly normal: a Newton step finds their mode, and a small Gauss-Hermite
 grid about it, weighted with the exact density, gives their moments and the evidence of the indenter. Indenters are the
 known tips, and evenly spaced knots in w for a density of R (trapezoidal rule, whose error falls exponentially with the
-spacing for a smooth density).
+spacing for a smooth density). Beside the elements the location may have a long tail on one side, which that grid does
+not reach: it then has even points, too.
 """
 
 from __future__ import annotations
@@ -28,20 +29,48 @@ MOST_STEPS, SETTLED = 12, 0.7
 NEGLIGIBLE = 12.0
 # Largest sd of the location over the width of its prior: so at most one of the outer points, at 1.73 sd, is beyond it.
 WIDEST = 0.28
+# Distance (sd) at which the tails of the location are looked at; sum of both densities there, over that at the mode,
+# above which three points are not enough. Those of a normal one are 7e-4 together; a tail of 5e-3 that falls by e in
+# one sd adds some 3 % to the variance. The location then has so many even points on either side, in steps of so many
+# sd: their error falls exponentially with the step, and they reach nine sd.
+FAR_OUT, TAIL, WIDE, WIDE_STEP = 4.0, 5e-3, 12, 0.75
 # Centre, and both neighbours in location (rad) and in load (in steps).
 _ANGLES, _LOADS = ANGLE_STEP * np.array([0.0, 1, -1, 0, 0]), np.array([0.0, 0, 0, 1, -1])
 
 
-def _hermite(n_angle: int, n_load: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Standard normal points (n,) and (n,), and the logarithm of weight over the normal density of exp(-z²/2)."""
-    one, two = (np.polynomial.hermite_e.hermegauss(n) for n in (n_angle, n_load))
-    z1, z2 = (each.ravel() for each in np.meshgrid(one[0], two[0], indexing="ij"))
-    log_weight = np.log(np.outer(one[1], two[1]).ravel()) + 0.5 * (z1**2 + z2**2)
-    return z1, z2, log_weight
+@dataclass(frozen=True, eq=False)
+class Rule:
+    """Points of an integral over location and load in standard coordinates, (n, 1), and their log weights.
+
+    `log_weight` is the logarithm of the weight over the normal density exp(-z²/2), minus infinity for points that are
+    looked at only. `centre` is the index of the point (0, 0).
+    """
+
+    z1: FloatArray
+    z2: FloatArray
+    log_weight: FloatArray
+    centre: int
+
+    @classmethod
+    def of(cls, angle: FloatArray, log_weight: FloatArray) -> Rule:
+        """From points of the location (a,) and their log weights; three Gauss-Hermite points of the load for each."""
+        points, weights = np.polynomial.hermite_e.hermegauss(3)
+        z1, z2 = (each.ravel()[:, None] for each in np.meshgrid(angle, points, indexing="ij"))
+        total = (log_weight[:, None] + np.log(weights) + 0.5 * points**2).reshape(-1, 1)
+        return cls(z1, z2, total, int(np.argmin(z1**2 + z2**2)))
 
 
-_Z1, _Z2, _LOG_WEIGHT = _hermite(3, 3)
-_N = len(_Z1)
+def _near() -> Rule:
+    """Three Gauss-Hermite points of the location; and two farther out, which show whether that is enough."""
+    points, weights = np.polynomial.hermite_e.hermegauss(3)
+    rule, nothing = Rule.of(points, np.log(weights) + 0.5 * points**2), np.full((2, 1), -np.inf)
+    z1 = np.concatenate([rule.z1, [[-FAR_OUT], [FAR_OUT]]])
+    z2 = np.concatenate([rule.z2, np.zeros((2, 1))])
+    return Rule(z1, z2, np.concatenate([rule.log_weight, nothing]), rule.centre)
+
+
+NEAR_RULE = _near()
+WIDE_RULE = Rule.of(np.arange(-WIDE, WIDE + 1) * WIDE_STEP, np.full(2 * WIDE + 1, np.log(WIDE_STEP)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +109,28 @@ def nodes_of(touch: OneTouch, radius: FloatArray, log_prior: FloatArray, angle: 
     low, high, *_ = touch.ends
     exact = np.sqrt(c22 / determinant)
     l11, l21, l22 = np.minimum(exact, WIDEST * (high - low)), -c12 / (determinant * exact), 1 / np.sqrt(c22)
-    z1, z2 = _Z1[:, None], _Z2[:, None]
-    angles, loads = angle + l11 * z1, load + l21 * z1 + l22 * z2
-    log = touch.log_density(np.tile(radius, _N), angles.ravel(), loads.ravel()).reshape(_N, -1) + _LOG_WEIGHT[:, None]
+    place, root = (radius, log_prior, angle, load), (l11, l21, l22)
+    nodes, log = _integrated(touch, place, root, NEAR_RULE)
+    mass = np.exp(nodes.log_mass - nodes.log_mass.max())
+    tail = np.exp(log[-2:] - log[NEAR_RULE.centre]).sum(axis=0)
+    if float(tail @ mass) > TAIL * float(mass.sum()):
+        nodes, _ = _integrated(touch, place, root, WIDE_RULE)
+    return nodes
+
+
+def _integrated(
+    touch: OneTouch, place: tuple[FloatArray, ...], root: tuple[FloatArray, ...], rule: Rule
+) -> tuple[Nodes, FloatArray]:
+    """Integrals by a rule, and the log densities (n, g) at its points.
+
+    `place` has R, log prior masses and modes of θ_c and P, and `root` the Cholesky factor 11, 21, 22 of their
+    covariance; (g,) each.
+    """
+    (radius, log_prior, angle, load), (l11, l21, l22) = place, root
+    n = len(rule.z1)
+    angles, loads = angle + l11 * rule.z1, load + l21 * rule.z1 + l22 * rule.z2
+    density = touch.log_density(np.tile(radius, n), angles.ravel(), loads.ravel()).reshape(n, -1)
+    log = density + rule.log_weight
     top = log.max(axis=0)
     top = np.where(np.isfinite(top), top, 0.0)
     weight = np.exp(log - top)
@@ -94,8 +142,8 @@ def nodes_of(touch: OneTouch, radius: FloatArray, log_prior: FloatArray, angle: 
     covariance = np.stack([(w1 * d1).sum(axis=0), (w1 * d2).sum(axis=0), (weight * d2 * d2).sum(axis=0)])
     with np.errstate(divide="ignore"):
         log_evidence = np.log(total) + top
-    rise = log_evidence - log[_N // 2] + _LOG_WEIGHT[_N // 2] - np.log(2 * np.pi)
-    return Nodes(radius, log_prior + log_evidence + np.log(l11 * l22), rise, mean, covariance)
+    rise = log_evidence - density[rule.centre] - np.log(2 * np.pi)
+    return Nodes(radius, log_prior + log_evidence + np.log(l11 * l22), rise, mean, covariance), density
 
 
 def _conditional_modes(
