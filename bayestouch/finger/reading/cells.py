@@ -178,7 +178,7 @@ def _log_prior(indenter: IndenterCoordinate) -> FloatArray:
         return np.full(SLICES, -np.log(SLICES))
     slices = SLICES if indenter.density is not None else 0
     with np.errstate(divide="ignore"):
-        return np.log(np.concatenate([indenter.tips.weights, np.full(slices, indenter.tips.share / SLICES)]))
+        return np.asarray(np.log([*indenter.tips.weights, *[indenter.tips.share / SLICES] * slices]))
 
 
 def _cells(posterior: FingerPosterior, w: FloatArray, angle: FloatArray, blocks: IndexArray) -> FloatArray:

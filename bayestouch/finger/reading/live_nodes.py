@@ -63,7 +63,10 @@ class Rule:
 def _near() -> Rule:
     """Three Gauss-Hermite points of the location; and two farther out, which show whether that is enough."""
     points, weights = np.polynomial.hermite_e.hermegauss(3)
-    rule, nothing = Rule.of(points, np.log(weights) + 0.5 * points**2), np.full((2, 1), -np.inf)
+    rule, nothing = (
+        Rule.of(points, np.asarray(np.log(weights) + 0.5 * points**2, dtype=np.float64)),
+        np.full((2, 1), -np.inf),
+    )
     z1 = np.concatenate([rule.z1, [[-FAR_OUT], [FAR_OUT]]])
     z2 = np.concatenate([rule.z2, np.zeros((2, 1))])
     return Rule(z1, z2, np.concatenate([rule.log_weight, nothing]), rule.centre)
@@ -112,7 +115,8 @@ def nodes_of(touch: OneTouch, radius: FloatArray, log_prior: FloatArray, angle: 
     place, root = (radius, log_prior, angle, load), (l11, l21, l22)
     nodes, log = _integrated(touch, place, root, NEAR_RULE)
     mass = np.exp(nodes.log_mass - nodes.log_mass.max())
-    tail = np.exp(log[-2:] - log[NEAR_RULE.centre]).sum(axis=0)
+    # A tail as high as the mode is enough to know; the mode of an improbable indenter may be where there is no density.
+    tail = np.exp(np.minimum(log[-2:] - np.maximum(log[NEAR_RULE.centre], -1e300), 0.0)).sum(axis=0)
     if float(tail @ mass) > TAIL * float(mass.sum()):
         nodes, _ = _integrated(touch, place, root, WIDE_RULE)
     return nodes

@@ -120,7 +120,7 @@ def matches(posterior: FingerPosterior) -> Iterator[tuple[float, FloatArray, Flo
     weights = diagonal**2
     for share in START_SHARES:
         w = float(np.log(share / (1 - share)))
-        template = chain.predict(float(posterior.radius(w)), angles, np.full(len(angles), typical)) / typical
+        template = chain.predict(float(posterior.radius(np.array(w))), angles, np.full(len(angles), typical)) / typical
         # For each location: weighted scalar products of readings and template, which give the best load.
         cross = (weights * readings) @ template.T
         power = weights @ (template**2).T
