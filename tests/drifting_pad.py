@@ -6,7 +6,6 @@ import numpy as np
 
 from bayestouch.chain.kernels import Kernel
 from bayestouch.chain.pad import PadChain
-from bayestouch.chain.smooth import PlaceBasis
 from bayestouch.data.touches import touches_from
 from bayestouch.effects.effect import EffectParameter, Values
 from bayestouch.effects.random import BaselineDrift, GainDrift, RandomEffect
@@ -14,9 +13,11 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations, history_of
+from bayestouch.pad.candidates import kernel_shape
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.map_basis import MapBasis
 from bayestouch.pad.model import PadModel
+from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
 
 M = 2
@@ -52,8 +53,7 @@ def pad_of(t: int, kernel: Kernel, *, with_map: bool = False, size: float = 0.04
     observed = Observations.of(table, time, np.zeros(t), "s", history_of(table, time), span, sessions)
     basis = None
     if with_map:
-        knots = PlaceBasis.at(np.linspace(-2.0, 8.0, 5)[:, None], 3.0)
-        basis = MapBasis((knots, knots), np.array([5.0, 7.0]), 0.03, 0.05, chain)
+        basis = map_of(chain, np.linspace(-2.0, 8.0, 5)[:, None], 3.0, np.array([5.0, 7.0]), 0.03, 0.05)
     priors: list[Prior] = [Normal(0.0, 60.0)] * M + [Normal(0.0, 20.0)] * M + [Normal(0.0, 3.0), Normal(6.0, 3.0)]
     return PadModel(
         observed=observed,
@@ -64,6 +64,24 @@ def pad_of(t: int, kernel: Kernel, *, with_map: bool = False, size: float = 0.04
         element_place=(np.array([0.0, 6.0]),),
         map=basis,
     )
+
+
+def map_of(
+    chain: PadChain, inducing: np.ndarray, length: float, amplitude: np.ndarray, everywhere: float, of_kernel: float
+) -> MapBasis:
+    """Map of inducing touches at places (k, D) in mm, all of which are needed beside readings without noise."""
+    none = np.full((len(inducing), len(amplitude)), 1e-12)
+    misfit = MapDiscrepancy(
+        location=inducing,
+        load=np.ones(len(inducing)),
+        variance=none,
+        amplitude=amplitude,
+        shape=kernel_shape(chain, inducing),
+        misfit=everywhere,
+        relative=of_kernel,
+        length_mm=length,
+    )
+    return MapBasis(misfit, misfit.few_functions(none, len(inducing)), chain)
 
 
 def matern(time: np.ndarray, length: float) -> np.ndarray:

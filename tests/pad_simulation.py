@@ -121,6 +121,32 @@ def flattened(load: np.ndarray) -> np.ndarray:
     return np.asarray(reached / (1 + 0.2 * reached))
 
 
+def uneven(seed: int, *, touches: int = 120, samples: int = 3) -> DataSet:
+    """A sound pad of five elements in a line, 8 mm apart, each with a width and a skewness of its own.
+
+    No kernel that the elements share describes it, but a map does. Touches are in random order, under loads from 0.5 to
+    4 N that a force sensor measures. Readings have a noise of 0.003, where the peaks are about 4.
+    """
+    rng, m = np.random.default_rng(seed), 5
+    place = 8.0 * np.arange(m)
+    width, skew = 6 * np.exp(0.12 * rng.standard_normal(m)), 0.1 * rng.standard_normal(m)
+    gain, base = np.exp(0.15 * rng.standard_normal(m)), rng.uniform(2, 3, m)
+    x, load = rng.uniform(-5, 37, touches), np.exp(rng.uniform(np.log(0.5), np.log(4), touches))
+    u = (x[:, None] - place) / width
+    shape = (1 + skew * u / (1 + u**2)) / (1 + u**2) ** 1.7 - 0.08 * u**2 / (1 + u**2) ** 3
+    rows = np.repeat(np.arange(touches), samples)
+    table = touches_from(
+        rows,
+        (base + load[:, None] * gain * shape)[rows] + 0.003 * rng.standard_normal((len(rows), m)),
+        sample=np.tile(np.arange(samples), touches),
+        x_mm=x[rows],
+        load=load[rows] + 0.01 * rng.standard_normal(len(rows)),
+    )
+    body = Pad(tuple(place))
+    sensor = Sensor(name="uneven pad", body=body, reading_unit="V", force_noise_sd=0.01, source={"note": "simulated"})
+    return DataSet(sensor, None, table)
+
+
 @cache
 def flattening() -> tuple[SimulatedPad, Calibration]:
     """A pad with `flattened` loads, and its calibration, which has the effect; loads from 0.5 to 4 N."""

@@ -1,12 +1,12 @@
 """The empirical map of a pad as weights of smooth functions of location, for each element.
 
-The map of an element is a random function of location with the correlation length and the standard deviation
-``amplitude_e sqrt(A² + B² K_e(x)²)`` of the map of the calibration (see `bayestouch.pad.residual_map`).
+The map is the random function of `bayestouch.pad.residual_map` that the calibration has. Its functions are those of
+inducing touches, and so many that the rest of the map is small beside the noise of the readings: what a map leaves out
+would look like a missing effect.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -14,14 +14,15 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
-from bayestouch.chain.smooth import PlaceBasis
 from bayestouch.pad.candidates import PadCandidate as CalibratedPad
 from bayestouch.pad.candidates import kernel_shape
+from bayestouch.pad.inducing import InducedCovariance
+from bayestouch.pad.residual_map import MapDiscrepancy
 
-# Knots are kept where the sd of the map of an element is at least this share of its largest sd.
-KEPT = 0.15
-# Largest number of knots of one element.
-MOST_KNOTS = 60
+# Largest number of functions of all elements together: time increases with its square, and a fit of a thousand touches
+# to eight elements takes twice as long as with a hundred functions. Each element may have the second number of
+# functions in any case.
+MOST_FUNCTIONS, LEAST_FUNCTIONS = 240, 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,44 +31,40 @@ class MapBasis:
 
     Attributes
     ----------
-    bases : tuple of PlaceBasis
-        Functions of each element.
-    amplitude : (m,) array
-        Absolute signal of each element per unit load.
-    everywhere, of_kernel : float
-        A and B.
+    misfit : MapDiscrepancy
+        Size and correlation length of the map, and the touches among which the inducing ones are.
+    covariances : tuple of InducedCovariance
+        Inducing touches of each element.
     shape : PadChain
-        Pad with the kernels K_e.
+        Pad with the kernels on which the size of the map depends.
     """
 
-    bases: tuple[PlaceBasis, ...]
-    amplitude: FloatArray
-    everywhere: float
-    of_kernel: float
+    misfit: MapDiscrepancy
+    covariances: tuple[InducedCovariance, ...]
     shape: PadChain
 
     @classmethod
     def of(cls, model: CalibratedPad) -> MapBasis:
-        """Basis for the map of a calibrated pad, over the locations of its touches."""
-        fit = model.fit
-        misfit, place = fit.misfit, fit.known.location
-        length = misfit.length_mm
-        grid = PlaceBasis.grid(place.min(axis=0), place.max(axis=0), length, most=400)
-        size = np.sqrt(misfit.misfit**2 + (misfit.relative * kernel_shape(model.shape, grid)) ** 2)
-        bases = []
-        for column in size.T:
-            order = np.argsort(-column, kind="stable")[:MOST_KNOTS]
-            bases.append(PlaceBasis.at(grid[order[column[order] >= KEPT * column.max()]], length))
-        return cls(tuple(bases), misfit.amplitude, misfit.misfit, misfit.relative, model.shape)
+        """Basis for the map of a calibrated pad.
+
+        Where touches are repeated, the noise beside which the rest of the map is small is that of repeats alone: the
+        calibration also counts effects that it lacks as noise.
+        """
+        fit, noise = model.fit, model.noise
+        signal = fit.predicted() - fit.chain.offset
+        lasting = np.where(noise.tactile_sd > 0, noise.lasting_variance(signal), 0.0)
+        variance = noise.mean_variance(fit.known.counts, signal) - lasting
+        most = max(MOST_FUNCTIONS // fit.known.n_elements, LEAST_FUNCTIONS)
+        return cls(fit.misfit, fit.misfit.few_functions(variance, most), model.shape)
 
     @property
     def n_weights(self) -> int:
         """Number of weights of all elements."""
-        return sum(len(basis.knots) for basis in self.bases)
+        return sum(len(each.inducing) for each in self.covariances)
 
     def columns(self, place: FloatArray) -> FloatArray:
         """Sensitivity per unit of each standard normal weight at locations (t, D) in mm, (k, t, m)."""
-        out = np.zeros((self.n_weights, len(place), len(self.bases)))
+        out = np.zeros((self.n_weights, len(place), len(self.covariances)))
         first = 0
         for e, functions in enumerate(self.functions(place)):
             out[first : first + functions.shape[1], :, e] = functions.T
@@ -88,9 +85,8 @@ class MapBasis:
 
     def functions(self, place: FloatArray) -> list[FloatArray]:
         """Functions of each element at locations (t, D) in mm, (t, k) each."""
-        shape = kernel_shape(self.shape, place)
-        size = self.amplitude * np.sqrt(self.everywhere**2 + (self.of_kernel * shape) ** 2)
-        return [basis(place) * size[:, e, None] for e, basis in enumerate(self.bases)]
+        shape, pairs = kernel_shape(self.shape, place), enumerate(self.covariances)
+        return [self.misfit.functions_at(e, place, shape[:, e], covariance) for e, covariance in pairs]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +118,7 @@ class HeldMap:
 
     def columns(self, place: FloatArray) -> FloatArray:
         """No column, (0, t, m)."""
-        return np.zeros((0, len(place), len(self.basis.bases)))
+        return np.zeros((0, len(place), len(self.basis.covariances)))
 
     def sensitivity(self, place: FloatArray, weights: FloatArray) -> FloatArray:
         """Sensitivity (t, m) that the map adds at locations (t, D) in mm; `weights` is empty."""

@@ -93,19 +93,32 @@ class MapDiscrepancy:
         rho = matern_5_2(distances(self.location, self.location) / self.length_mm)
         return np.asarray(rho * self.load[:, None] * self.load)
 
-    @cached_property
-    def _filled(self) -> FloatArray:
+    def _filled(self, variance: FloatArray) -> FloatArray:
         # A missing reading has a noise so large that it carries no information; 1e9 keeps the factor accurate.
-        largest = np.where(self.present, self.variance, 0.0).max(axis=0)
+        present = np.isfinite(variance)
+        largest = np.where(present, variance, 0.0).max(axis=0)
         signal = (self.misfit**2 + self.relative**2) * self.amplitude**2 * (self.load**2).max()
-        return np.where(self.present, self.variance, 1e9 * np.maximum(largest + signal, 1e-300))
+        return np.where(present, variance, 1e9 * np.maximum(largest + signal, 1e-300))
 
     @cached_property
     def covariances(self) -> tuple[InducedCovariance, ...]:
         """Covariance of the readings of each element."""
+        noises = self._filled(self.variance).T
         if self.misfit == 0:
-            return tuple(InducedCovariance.independent(noise) for noise in self._filled.T)
-        return tuple(self._induced(e, noise) for e, noise in enumerate(self._filled.T))
+            return tuple(InducedCovariance.independent(noise) for noise in noises)
+        return tuple(self._induced(e, noise) for e, noise in enumerate(noises))
+
+    def few_functions(self, variance: FloatArray, most: int) -> tuple[InducedCovariance, ...]:
+        """Covariance of the readings of each element with few inducing touches: for fits with their weights.
+
+        Parameters
+        ----------
+        variance : (n, m) array
+            Noise variance of the readings; inf where missing.
+        most : int
+            Largest number of inducing touches of one element.
+        """
+        return tuple(self._induced(e, noise, REST_OF_FEW, most) for e, noise in enumerate(self._filled(variance).T))
 
     def _induced(
         self, element: int, noise: FloatArray, rest: float = REST, most: int | None = None
@@ -113,7 +126,9 @@ class MapDiscrepancy:
         covariance = self._modulated(element, self._correlations, self.shape[:, element], self.shape[:, element])
         return InducedCovariance.of(covariance, noise, rest, most)
 
-    def functions_at(self, element: int, location: FloatArray, shape: FloatArray) -> FloatArray:
+    def functions_at(
+        self, element: int, location: FloatArray, shape: FloatArray, covariance: InducedCovariance | None = None
+    ) -> FloatArray:
         """Correction of the sensitivity of an element per unit of each of its weights, at q locations, (q, k).
 
         Parameters
@@ -124,8 +139,10 @@ class MapDiscrepancy:
             Locations, mm.
         shape : (q,) array
             Kernel of the element there.
+        covariance : InducedCovariance, optional
+            One of `few_functions`, if the weights are those of its functions and not of all.
         """
-        covariance = self.covariances[element]
+        covariance = covariance or self.covariances[element]
         at = covariance.inducing
         rho = matern_5_2(distances(location, self.location[at]) / self.length_mm) * self.load[at]
         return covariance.functions_at(self._modulated(element, rho, shape, self.shape[at, element]))
@@ -151,7 +168,7 @@ class MapDiscrepancy:
         tuple of (k_e, n) arrays, (n, m) array
             Change of the readings per unit of each weight, and the variance of the rest of the correction.
         """
-        found = [self._induced(e, noise, REST_OF_FEW, most) for e, noise in enumerate(variance.T)]
+        found = self.few_functions(variance, most)
         return tuple(each.columns.T.copy() for each in found), np.column_stack([each.left for each in found])
 
     def _modulated(self, element: int, correlation: FloatArray, one: FloatArray, two: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pad_simulation import SimulatedPad, line
+from pad_simulation import SimulatedPad, line, uneven
 
 import bayestouch
 from bayestouch.data.touches import Touches
@@ -44,6 +44,14 @@ def fitted() -> tuple[SplitData, Fitted]:
 def test_a_pad_that_is_as_its_model_is_adequate() -> None:
     pad = line(share=0.0)
     found = diagnosed(pad, pressed(pad, samples=4), sample=False)
+    assert found.verdict == "adequate"
+    assert found.effects == ()
+
+
+@pytest.mark.parametrize("seed", [2, 6])
+def test_a_sound_pad_of_unequal_elements_is_adequate(seed: int) -> None:
+    """Its map needs many functions: what too few of them leave out is no cause, and no unknown one."""
+    found = bayestouch.diagnose(uneven(seed), sample=False)
     assert found.verdict == "adequate"
     assert found.effects == ()
 
