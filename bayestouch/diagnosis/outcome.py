@@ -227,6 +227,14 @@ def _of_final_model(numbers: Mapping[str, Any]) -> str:
     if repeats is None:
         repeats = numbers["noise_floor_percent_peak"] is not None
     if not repeats:
+        test = numbers.get("unexplained", {}).get("test") or {}
+        ratio, least = test.get("ratio"), test.get("low")
+        if ratio is not None and least is not None and ratio < least:
+            return (
+                f"{begin} leaves less than the noise, which is not known from repeats: {ratio:.2f} of its mean square, "
+                f"at least {least:.2f} was expected. So the estimate of the noise is too large, and may hide an error of "
+                "the model. Touches that are read several times would tell."
+            )
         return f"{begin} leaves nothing that these data show; the noise is not known from repeats."
     if lack is None:
         why = "" if numbers.get("loads_measured", True) else ": the loads were not measured"

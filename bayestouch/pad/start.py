@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.arrays import read_once
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Pad, pad_of
@@ -33,6 +33,12 @@ FAR = 0.03
 ENOUGH_FAR = 30
 # Median absolute deviation of a normal variable over its standard deviation.
 MAD = 0.6745
+# Mean squared steps of touches, over those of a random order, above which the touches are no scan: 0.06 to 0.2 for the
+# scans in measured data, and 1 with a standard deviation of about 1/√n for n touches in random order; the smallest
+# number of touches for which these are well apart.
+SHUFFLED, FEWEST = 0.6, 20
+# Relative range below which a coordinate is constant.
+SAME = 1e-9
 # Largest number of functions of the empirical map for all elements together (their covariance takes 50 MB). Each
 # element may have the second number of functions in any case.
 MOST_FUNCTIONS, LEAST_FUNCTIONS = 2500, 40
@@ -123,27 +129,69 @@ def fit_without_effects(problem: PadProblem, chosen: PadCandidate, pad: Pad) -> 
 
 
 def pad_noise(model: PadModel, vector: FloatArray) -> FloatArray:
-    """Standard deviation of one reading, (m,): from repeats if there are any, else from consecutive touches.
+    """Standard deviation of one reading, (m,): from repeats if there are any, else from touches that are similar.
 
     The model error varies slowly between consecutive touches of a scan, the noise does not: with residuals r, the
     second difference ``r_{i-1} - 2 r_i + r_{i+1}`` has six times the variance of the noise. The median of its absolute
     value is used, because the ends of the lines of a scan hardly change a median. If enough readings are far from the
     touch, only these are used.
+
+    Where touches are in random order, consecutive ones are at other places with other model errors. Then the difference
+    of each touch and the two that are nearest to it in place and load is taken, too. It includes what changes with
+    time, as the other includes what changes with the place: the smaller of the two estimates is nearer to the noise.
     """
     observed = model.known
     means = observed.means
     repeated = np.sqrt(means.pure_error_variance)
     predicted = model.predict(vector).touches
+    residual, reads = means.readings - predicted, read_once(means.counts)
+    signal = np.abs(predicted - model.chain(vector).offset)
     order = np.argsort(observed.touch_time_s, kind="stable")
-    residual = (means.readings - predicted)[order]
-    weight = np.sqrt(read_once(means.counts[order]))
-    second = (residual[:-2] - 2 * residual[1:-1] + residual[2:]) * weight[1:-1] / np.sqrt(6)
-    signal = np.abs(predicted - model.chain(vector).offset)[order][1:-1]
-    sd = np.empty(model.n_elements)
-    for e, column in enumerate(second.T):
-        far = np.isfinite(column) & (signal[:, e] < FAR * model.peak[e])
-        rows = column[far] if far.sum() >= ENOUGH_FAR else column[np.isfinite(column)]
-        sd[e] = np.median(np.abs(rows)) / MAD if len(rows) else np.nan
+    alike = [(order[:-2], order[1:-1], order[2:])]
+    spread = _in_units_of_spread([*means.location.T, model.load])
+    if len(order) >= FEWEST and _is_shuffled(spread[order]):
+        alike.append(_with_neighbours(spread))
+    sd = np.full(model.n_elements, np.nan)
+    for before, here, after in alike:
+        second = (residual[before] - 2 * residual[here] + residual[after]) * np.sqrt(reads[here] / 6)
+        sd = np.fmin(sd, _typical(second, signal[here] < FAR * model.peak))
     sd = np.where(np.isfinite(repeated) & (repeated > 0), repeated, sd)
     typical = np.nanmedian(sd / model.peak) if np.isfinite(sd).any() else 0.01
     return np.maximum(np.where(np.isfinite(sd), sd, typical * model.peak), 1e-6 * model.peak)
+
+
+def _typical(second: FloatArray, far: BoolArray) -> FloatArray:
+    """Standard deviation (m,) from differences (n, m): of those far from the touch if there are enough of them."""
+    sd = np.full(second.shape[1], np.nan)
+    for e, column in enumerate(second.T):
+        known = np.isfinite(column)
+        some = known & far[:, e]
+        rows = column[some] if some.sum() >= ENOUGH_FAR else column[known]
+        if len(rows):
+            sd[e] = np.median(np.abs(rows)) / MAD
+    return sd
+
+
+def _in_units_of_spread(columns: Sequence[FloatArray]) -> FloatArray:
+    """Coordinates of touches, each over its standard deviation, (t, k); without those that are constant or unknown."""
+    varied = [each for each in columns if np.isfinite(each).all() and np.ptp(each) > SAME * np.abs(each).max()]
+    return np.stack([each / each.std() for each in varied], axis=1) if varied else np.zeros((len(columns[0]), 0))
+
+
+def _is_shuffled(spread: FloatArray) -> bool:
+    """Whether touches (t, k) in the order of time are no scan: mean squared steps are those of a random order."""
+    # The mean square of a difference of two independent values of variance one is two.
+    return spread.shape[1] > 0 and float((np.diff(spread, axis=0) ** 2).mean()) > 2 * SHUFFLED
+
+
+def _with_neighbours(spread: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Each touch (t, k) between the two that are nearest to it."""
+    from scipy.spatial import KDTree
+
+    here = np.arange(len(spread))
+    nearest: IntArray = np.asarray(KDTree(spread).query(spread, k=3)[1])
+    # Of touches at one place, the first that is found need not be the touch itself.
+    lost = ~(nearest == here[:, None]).any(axis=1)
+    nearest[lost, 2] = here[lost]
+    others = nearest[nearest != here[:, None]].reshape(-1, 2)
+    return others[:, 0], here, others[:, 1]

@@ -163,6 +163,15 @@ def test_references_that_are_said_to_be_off() -> None:
         ),
         ({"noise_from_repeats": False}, "the noise is not known from repeats."),
         ({"noise_from_repeats": None, "noise_floor_percent_peak": None}, "the noise is not known from repeats."),
+        (
+            {"noise_from_repeats": False, "unexplained": {"test": {"ratio": 0.18, "low": 0.69}}},
+            "leaves less than the noise, which is not known from repeats: 0.18 of its mean square, at least 0.69 was "
+            "expected. So the estimate of the noise is too large, and may hide an error of the model.",
+        ),
+        (
+            {"noise_from_repeats": False, "unexplained": {"test": {"ratio": 0.7, "low": 0.69}}},
+            "leaves nothing that these data show; the noise is not known from repeats.",
+        ),
         ({"noise_from_repeats": None}, "predicts held-out touches as well as the noise allows."),
         ({"data": {"held_out_touches": 0}}, "Too few touches to say: none were held out, so that nothing was tested."),
         ({"after": AFTER | {"lack_of_fit": None}}, "they cannot be compared with the noise."),
