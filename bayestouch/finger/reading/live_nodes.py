@@ -70,7 +70,9 @@ def _near() -> Rule:
 
 
 NEAR_RULE = _near()
-WIDE_RULE = Rule.of(np.arange(-WIDE, WIDE + 1) * WIDE_STEP, np.full(2 * WIDE + 1, np.log(WIDE_STEP)))
+WIDE_RULE = Rule.of(
+    np.linspace(-WIDE * WIDE_STEP, WIDE * WIDE_STEP, 2 * WIDE + 1), np.full(2 * WIDE + 1, float(np.log(WIDE_STEP)))
+)
 
 
 @dataclass(frozen=True, eq=False)
