@@ -232,8 +232,8 @@ def _of_final_model(numbers: Mapping[str, Any]) -> str:
         if ratio is not None and least is not None and ratio < least:
             return (
                 f"{begin} leaves less than the noise, which is not known from repeats: {ratio:.2f} of its mean square, "
-                f"at least {least:.2f} was expected. So the estimate of the noise is too large, and may hide an error of "
-                "the model. Touches that are read several times would tell."
+                f"at least {least:.2f} was expected. So the estimate of the noise is too large, and may hide an error "
+                "of the model. Touches that are read several times would tell."
             )
         return f"{begin} leaves nothing that these data show; the noise is not known from repeats."
     if lack is None:

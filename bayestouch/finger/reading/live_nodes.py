@@ -62,8 +62,9 @@ class Rule:
 
 def _near() -> Rule:
     """Three Gauss-Hermite points of the location; and two farther out, which show whether that is enough."""
-    points, weights = (np.asarray(each, dtype=np.float64) for each in np.polynomial.hermite_e.hermegauss(3))
-    rule, nothing = Rule.of(points, np.log(weights) + 0.5 * points**2), np.full((2, 1), -np.inf)
+    points, weights = np.polynomial.hermite_e.hermegauss(3)
+    rule = Rule.of(points, np.asarray(np.log(weights) + 0.5 * points**2, dtype=np.float64))
+    nothing = np.full((2, 1), -np.inf)
     z1 = np.concatenate([rule.z1, [[-FAR_OUT], [FAR_OUT]]])
     z2 = np.concatenate([rule.z2, np.zeros((2, 1))])
     return Rule(z1, z2, np.concatenate([rule.log_weight, nothing]), rule.centre)
