@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
+from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError, about, unknown_name
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
@@ -133,25 +133,9 @@ def require_starts(effect: Effect, start: Mapping[str, float]) -> None:
             raise InputError(reason, column="effect.start")
 
 
-def of_stated_kind(effect: Effect, start: Mapping[str, float]) -> Effect:
-    """The effect; a drift only of the kind that is stated, e.g. one of all elements together, or one of each.
-
-    Sd and time of a drift are always searched, but no fit changes its kind.
-    """
-    if not isinstance(effect, RandomEffect):
-        return effect
-    kinds = (
-        replace(each, probes=(min(each.probes, key=lambda probe: abs(probe - start[each.name])),))
-        if each.name in start
-        else each
-        for each in effect.parameters[2:]
-    )
-    return replace(effect, parameters=(*effect.parameters[:2], *kinds))
-
-
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
     """The model fitted with one more effect, from stated starting values if there are any."""
-    effect = of_stated_kind(effect, start)
+    effect = effect.as_stated(start)
     new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
     return (new.fitted if new.noise else settled(new.fitted)), new.noise
 

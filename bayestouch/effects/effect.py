@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, ClassVar, Literal, cast
+from typing import Any, ClassVar, Literal, Self, cast
 
 import numpy as np
 
@@ -171,6 +171,10 @@ class Effect:
     def suited(cls, setting: Setting) -> Effect | None:
         """The effect with priors and probes for this setting; None if it cannot occur or cannot be observed."""
         raise NotImplementedError
+
+    def as_stated(self, start: Mapping[str, float]) -> Self:
+        """The effect for a model that states values by name, from which a fit starts."""
+        return self
 
     def pose(self, recording: Recording, values: Values) -> Recording:
         """Actual locations, radii and loads of the touches, from the commanded ones and the loads as read."""

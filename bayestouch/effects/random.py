@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import ClassVar, Self
@@ -42,6 +43,16 @@ class RandomEffect(Effect):
         """Basis (n, k) at `time_s` of a function of sd `values[0]` between the times `low` and `high`."""
         sd, time = values[:2]
         return sd * SmoothBasis.of(low, high, time, knots=self.knots)(time_s)
+
+    def as_stated(self, start: Mapping[str, float]) -> Self:
+        """The drift only of the kind that is stated: no fit changes it, while sd and time are always searched."""
+        kinds = (
+            replace(each, probes=(min(each.probes, key=lambda probe: abs(probe - start[each.name])),))
+            if each.name in start
+            else each
+            for each in self.parameters[2:]
+        )
+        return replace(self, parameters=(*self.parameters[:2], *kinds))
 
     @property
     def kinds(self) -> tuple[Values, ...]:

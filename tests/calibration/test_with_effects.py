@@ -43,7 +43,7 @@ def test_other_starts_reach_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_drift_is_of_the_stated_kind(stated: dict[str, float], kinds: tuple[tuple[float, ...], ...]) -> None:
     drift = effect_classes()["gain_drift"].suited(FINGER)
     assert drift is not None
-    found = with_effects.of_stated_kind(drift, stated | {"time": 100.0})
+    found = drift.as_stated(stated | {"time": 100.0})
     assert isinstance(found, RandomEffect)
     assert found.kinds == kinds
     assert found.parameters[:2] == drift.parameters[:2]
