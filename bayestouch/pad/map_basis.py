@@ -45,16 +45,14 @@ class MapBasis:
     shape: PadChain
 
     @classmethod
-    def of(cls, model: CalibratedPad) -> MapBasis:
-        """Basis for the map of a calibrated pad.
+    def of(cls, model: CalibratedPad, sd: FloatArray) -> MapBasis:
+        """Basis for the map of a calibrated pad, whose rest is small beside a noise (m,) of one reading.
 
-        Where touches are repeated, the noise beside which the rest of the map is small is that of repeats alone: the
-        calibration also counts effects that it lacks as noise.
+        The noise of the calibration counts if it is less: without repeats, only a scan shows how much of it is noise.
         """
-        fit, noise = model.fit, model.noise
-        signal = fit.predicted() - fit.chain.offset
-        lasting = np.where(noise.tactile_sd > 0, noise.lasting_variance(signal), 0.0)
-        variance = noise.mean_variance(fit.known.counts, signal) - lasting
+        fit, counts = model.fit, model.fit.known.counts
+        own = np.where(counts > 0, sd**2 / np.maximum(counts, 1), np.inf)
+        variance = np.minimum(model.noise.mean_variance(counts, fit.predicted() - fit.chain.offset), own)
         most = max(MOST_FUNCTIONS // fit.known.n_elements, LEAST_FUNCTIONS)
         return cls(fit.misfit, fit.misfit.few_functions(variance, most), model.shape)
 

@@ -77,13 +77,16 @@ def pad_fit(
     pad = pad_of(dataset.sensor)
     problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed, kernel=kernel, stated=stated)
     chosen, models = choose_model(problem, dataset, kernel, empirical)
-    model = pad_model(problem, chosen, observed, pad, MapBasis.of(chosen) if chosen.has_map else None)
+    model = pad_model(problem, chosen, observed, pad, None)
+    sd = pad_noise(model, model.start(chosen.fit.chain))
+    if chosen.has_map:
+        model = replace(model, map=MapBasis.of(chosen, sd))
     vector = model.start(chosen.fit.chain)
     reads = observed.means.reads_of_load
     # Without the load scatter: an effect that the model lacks is an error that the elements share, too.
     share = chosen.load_spread if np.isfinite(chosen.load_spread) else problem.force_sd / np.sqrt(reads) / model.load
     load_sd = np.broadcast_to(share * model.load, model.load.shape).copy()
-    noise = NoiseModel(pad_noise(model, vector), load_sd, model.peak)
+    noise = NoiseModel(sd, load_sd, model.peak)
     first = fit(model, vector, noise)
     return fit(model, first.vector, noise.with_(sd=pad_noise(model, first.vector))), models
 

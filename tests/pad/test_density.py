@@ -132,7 +132,7 @@ def nonlinear(share: float, *, with_map: bool) -> tuple[PadProblem, PadCandidate
     """The small pad with readings that bend, fitted with the effect; the noise and the map are those of the pad."""
     pad, problem, model = small(with_map=with_map)
     effect = GainNonlinearity()
-    basis = MapBasis.of(model) if with_map else None
+    basis = MapBasis.of(model, model.noise.tactile_sd) if with_map else None
     plain = pad_model(problem, model, problem.observed, pad.sensor.body, basis)
     bent = replace(plain, effects=(effect,))
     start = np.concatenate([plain.start(pad.chain), [share, np.log(1.4)]])

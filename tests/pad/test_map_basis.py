@@ -54,18 +54,20 @@ def calibrated(noise: Noise, reads: int) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("noise", "variance"),
+    ("sd", "noise", "variance"),
     [
         # Means of four readings; the model error, which an effect perhaps explains, does not count.
-        (Noise(np.array([0.2, 0.1]), np.array([0.9, 0.9]), 0.1), [0.01, 0.0025]),
-        # Without repeats all that the calibration does not explain: 0.4² + (0.06 5)².
-        (Noise(np.zeros(2), np.array([0.4, 0.4]), 0.06), [0.25, 0.25]),
+        ([0.2, 0.1], Noise(np.array([0.2, 0.1]), np.array([0.9, 0.9]), 0.1), [0.01, 0.0025]),
+        # The calibration finds less noise than a search that begins without a map: 0.4² + (0.06 5)².
+        ([1.2, 1.4], Noise(np.zeros(2), np.array([0.4, 0.4]), 0.06), [0.25, 0.25]),
     ],
 )
-def test_what_the_map_leaves_out_is_small_beside_the_noise(noise: Noise, variance: list[float]) -> None:
+def test_what_the_map_leaves_out_is_small_beside_the_noise(
+    sd: list[float], noise: Noise, variance: list[float]
+) -> None:
     """The variance of the map is a² (A² + B² K²), and that of its functions the sum of their squares."""
     model = calibrated(noise, 4)
-    basis, place = MapBasis.of(model), model.fit.misfit.location
+    basis, place = MapBasis.of(model, np.array(sd)), model.fit.misfit.location
     kernel = 1 / (1 + (place - np.array([10.0, 40.0])) ** 2)
     whole = np.array([7.0, 3.0]) ** 2 * (0.1**2 + (0.4 * kernel) ** 2)
     functions = basis.columns(place)
@@ -80,6 +82,6 @@ def test_so_many_functions_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     model = calibrated(Noise(np.full(2, 1e-3), np.zeros(2)), 1)
     monkeypatch.setattr(map_basis, "MOST_FUNCTIONS", 14)
     monkeypatch.setattr(map_basis, "LEAST_FUNCTIONS", 5)
-    assert MapBasis.of(model).n_weights == 2 * 7
+    assert MapBasis.of(model, model.noise.tactile_sd).n_weights == 2 * 7
     monkeypatch.setattr(map_basis, "LEAST_FUNCTIONS", 9)
-    assert MapBasis.of(model).n_weights == 2 * 9
+    assert MapBasis.of(model, model.noise.tactile_sd).n_weights == 2 * 9
