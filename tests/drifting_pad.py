@@ -81,7 +81,7 @@ def map_of(
         relative=of_kernel,
         length_mm=length,
     )
-    return MapBasis(misfit, misfit.few_functions(none, len(inducing)), chain)
+    return MapBasis(misfit, misfit.few_functions(none, len(inducing), 1e-3), chain)
 
 
 def matern(time: np.ndarray, length: float) -> np.ndarray:

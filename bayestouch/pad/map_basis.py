@@ -24,6 +24,9 @@ from bayestouch.pad.residual_map import MapDiscrepancy
 # to eight elements takes twice as long as with a hundred functions. Each element may have the second number of
 # functions in any case.
 MOST_FUNCTIONS, LEAST_FUNCTIONS = 240, 20
+# Largest variance of the rest of the map over that of the noise. Without repeats, effects that are still to be found
+# count as noise: the rest is still small beside the noise that they leave, if its sd is a fifth.
+REST = 0.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +57,7 @@ class MapBasis:
         own = np.where(counts > 0, sd**2 / np.maximum(counts, 1), np.inf)
         variance = np.minimum(model.noise.mean_variance(counts, fit.predicted() - fit.chain.offset), own)
         most = max(MOST_FUNCTIONS // fit.known.n_elements, LEAST_FUNCTIONS)
-        return cls(fit.misfit, fit.misfit.few_functions(variance, most), model.shape)
+        return cls(fit.misfit, fit.misfit.few_functions(variance, most, REST), model.shape)
 
     @property
     def n_weights(self) -> int:

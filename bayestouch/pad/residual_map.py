@@ -108,7 +108,7 @@ class MapDiscrepancy:
             return tuple(InducedCovariance.independent(noise) for noise in noises)
         return tuple(self._induced(e, noise) for e, noise in enumerate(noises))
 
-    def few_functions(self, variance: FloatArray, most: int) -> tuple[InducedCovariance, ...]:
+    def few_functions(self, variance: FloatArray, most: int, rest: float) -> tuple[InducedCovariance, ...]:
         """Covariance of the readings of each element with few inducing touches: for fits with their weights.
 
         Parameters
@@ -117,8 +117,10 @@ class MapDiscrepancy:
             Noise variance of the readings; inf where missing.
         most : int
             Largest number of inducing touches of one element.
+        rest : float
+            As `REST`.
         """
-        return tuple(self._induced(e, noise, REST_OF_FEW, most) for e, noise in enumerate(self._filled(variance).T))
+        return tuple(self._induced(e, noise, rest, most) for e, noise in enumerate(self._filled(variance).T))
 
     def _induced(
         self, element: int, noise: FloatArray, rest: float = REST, most: int | None = None
@@ -168,7 +170,7 @@ class MapDiscrepancy:
         tuple of (k_e, n) arrays, (n, m) array
             Change of the readings per unit of each weight, and the variance of the rest of the correction.
         """
-        found = self.few_functions(variance, most)
+        found = self.few_functions(variance, most, REST_OF_FEW)
         return tuple(each.columns.T.copy() for each in found), np.column_stack([each.left for each in found])
 
     def _modulated(self, element: int, correlation: FloatArray, one: FloatArray, two: FloatArray) -> FloatArray:
