@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from bayestouch.array_types import FloatArray
+if TYPE_CHECKING:
+    from bayestouch.array_types import FloatArray
 
 #: Folder of each kind of body, by its name in `sensor.toml`. A new body needs a folder and a line here. The names are
 #: strings, because the folders are in a higher layer; their modules are imported when they are needed.

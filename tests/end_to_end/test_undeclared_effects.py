@@ -85,7 +85,7 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
         scale=np.ones((t, m)),
         shift=np.zeros((t, m)),
         extra=np.zeros((t, m, m)),
-        reads=np.ones(t),
+        counts=np.ones((t, m)),
         slopes=np.zeros((0, 2, t, m)),
         exact=True,
         time_s=np.full(t, np.inf),

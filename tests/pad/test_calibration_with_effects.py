@@ -62,8 +62,6 @@ def test_wrong_readings_are_left_out_of_the_calibration_and_of_touches() -> None
         data = bayestouch.simulate(design, effects=effects, seed=3).dataset
         model = StatedModel("pad", "", (("outliers", {}),)) if effects else None
         made = bayestouch.calibrate(data, kernel="layer", e_map="model", model=model, draws=100)
-        # A hundred draws cannot be worth four hundred; without effects the summary says it.
-        assert any("R-hat" in note for note in made.notes) == (model is not None)
         read = bayestouch.infer(data.touches, made, draws=256)
         noise[name] = made.noise.tactile_sd
         error[name] = np.sqrt(np.mean((read.mean("x") - read.reference["x"]) ** 2))

@@ -78,5 +78,5 @@ def test_blocks_that_were_cut_and_joined_have_the_effects_of_each_touch() -> Non
     assert np.ptp(context.shift, axis=0).min() > 0, "what is remembered is not the same at every touch"
     cut = [block.select(index) for index in (np.arange(3), np.arange(3, block.n_touches))]
     joined = type(block).joined(cut).readings.context
-    for name in ("scale", "shift", "extra", "reads", "slopes"):
+    for name in ("scale", "shift", "extra", "counts", "slopes"):
         np.testing.assert_array_equal(getattr(joined, name), getattr(context, name))

@@ -30,7 +30,7 @@ def known() -> KnownFinger:
 def about(known: KnownFinger, load: list[float], monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """Touches of four samples with these loads."""
     monkeypatch.setattr(KnownFinger, "of", lambda _calibration: known)
-    rows = SimpleNamespace(radius_mm=TIPS, counts=np.full((3, 1), 4), load=np.array(load))
+    rows = SimpleNamespace(radius_mm=TIPS, counts=np.full((3, 1), 4), samples=np.full(3, 4.0), load=np.array(load))
     evidence: Any = SimpleNamespace(calibration=None, posteriors=SimpleNamespace(rows=rows), sensor=sensor())
     return places.about_places(evidence)
 
