@@ -150,12 +150,12 @@ def pad_noise(model: PadModel, vector: FloatArray) -> FloatArray:
     residual, reads = means.readings - predicted, read_once(means.counts)
     signal = np.abs(predicted - model.chain(vector).offset)
     order = np.argsort(observed.touch_time_s, kind="stable")
-    alike = [(order[:-2], order[1:-1], order[2:])]
+    triples = [(order[:-2], order[1:-1], order[2:])]
     spread = _in_units_of_spread([*means.location.T, model.load])
     if len(order) >= FEWEST and _is_shuffled(spread[order]):
-        alike.append(_with_neighbours(spread))
+        triples.append(_with_neighbours(spread))
     sd = np.full(model.n_elements, np.nan)
-    for before, here, after in alike:
+    for before, here, after in triples:
         second = (residual[before] - 2 * residual[here] + residual[after]) * np.sqrt(reads[here] / 6)
         sd = np.fmin(sd, _typical(second, signal[here] < FAR * model.peak))
     sd = np.where(np.isfinite(repeated) & (repeated > 0), repeated, sd)

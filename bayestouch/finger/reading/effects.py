@@ -18,7 +18,8 @@ from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.covariance import root_of, spread_of
-from bayestouch.finger.reading.reader import SignalNoise, TouchContext
+from bayestouch.finger.reading.reader import TouchContext
+from bayestouch.finger.reading.signal_noise import SignalNoise
 from bayestouch.finger.reading.true_load import TrueLoads, recorded_touches
 from bayestouch.model.observations import Observations, UntimedTouches
 

@@ -17,7 +17,8 @@ from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.likelihood import FingerTouchModel
-from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, SignalNoise, TouchReadings
+from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings
+from bayestouch.finger.reading.signal_noise import SignalNoise
 from bayestouch.model.noise import AddedNoise
 from bayestouch.priors.indenters import KnownTips
 from bayestouch.priors.parameters import Parameter
