@@ -84,6 +84,16 @@ def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
     return fit(model, fitted.vector, fitted.noise, fitted.drifts, further=further), chosen
 
 
+def without_correction(fitted: Fitted) -> Fitted:
+    """The corrected fit of a model that was not fitted again with its correction, without the correction.
+
+    Its parameters are at their mode, which they are not where the correction is among the random functions.
+    """
+    assert not fitted.model.refitted_with_correction
+    functions = functions_of(fitted.model, fitted.vector, fitted.whitening, fitted.drifts)
+    return replace(fitted, linear=with_functions(fitted.linear, functions))
+
+
 @dataclass(frozen=True, eq=False)
 class CorrectionWeights:
     """Weights of the correction of a corrected fit; k weights, d parameters.

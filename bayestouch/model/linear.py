@@ -288,15 +288,23 @@ def step_within(
     """
     scale = np.sqrt(np.diag(matrix))
     even, slope = conditioned(matrix / np.outer(scale, scale)), slope / scale
-    held = np.zeros(len(slope), dtype=bool)
+    held, released = np.zeros((2, len(slope)), dtype=bool)
     while True:
         free = np.flatnonzero(~held)
         step = np.zeros(len(slope))
-        step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free]) / scale[free]
-        more = leaving(step) & ~held
-        if not more.any():
-            return step, held
-        held |= more
+        step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free])
+        left = slope - even @ step
+        more = leaving(step / scale) & ~held
+        # One that left only because another did: with that one fixed, what is maximised increases inwards. Each is
+        # released once at most, so that rounding cannot make the loop endless.
+        inwards = held & ~leaving(left) & ~released
+        if more.any():
+            held |= more
+        elif inwards.any():
+            first = int(np.argmax(np.where(inwards, np.abs(left), -1.0)))
+            held[first], released[first] = False, True
+        else:
+            return step / scale, held
 
 
 def with_functions(model: Linearised, functions: Functions | None) -> Linearised:

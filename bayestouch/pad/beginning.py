@@ -13,9 +13,9 @@ from bayestouch.chain.recording import Recording
 from bayestouch.data.sensor import pad_of
 from bayestouch.effects import Effect, Setting, catalogue
 from bayestouch.errors import InputError
-from bayestouch.model.added import AddedEffect
+from bayestouch.model.added import AddedEffect, moved_to
 from bayestouch.model.beginning import Beginning
-from bayestouch.model.correction import Correction
+from bayestouch.model.correction import Correction, without_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.log_density import LogDensity
@@ -146,8 +146,7 @@ class PadEvaluation:
         """Posterior of the fit, for `bayestouch.infer`; with a correction, touches are read with a finer map."""
         data, model = self.data, fitted.model
         assert isinstance(model, PadModel)
-        if added and self.empirical is False:
-            fitted, added = with_kernel_error(fitted, added)
+        fitted, added = self._to_draw(fitted, added, correction)
         return pad_calibration(
             fitted,
             added,
@@ -168,13 +167,22 @@ class PadEvaluation:
             earlier=self.earlier,
         )
 
+    def _to_draw(
+        self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None
+    ) -> tuple[Fitted, tuple[AddedEffect, ...]]:
+        """The fit, and the effects of its chain, whose posterior is drawn: a correction is a matter of the map."""
+        if correction is not None:
+            fitted = without_correction(fitted)
+            added = moved_to(fitted, added)
+        if added and self.empirical is False:
+            return with_kernel_error(fitted, added)
+        return fitted, added
+
     def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
         """Posterior density of the fit as a function."""
         sensor = self.data.dataset.sensor
         if added:
-            if self.empirical is False:
-                fitted, added = with_kernel_error(fitted, added)
-            density = PadDensity.of(fitted, added)
+            density = PadDensity.of(*self._to_draw(fitted, added, correction))
         else:
             model = fitted.model
             assert isinstance(model, PadModel)

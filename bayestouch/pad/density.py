@@ -27,6 +27,7 @@ from bayestouch.pad.map_basis import HeldMap
 from bayestouch.pad.model import PadModel
 from bayestouch.parallel.parts import of_parts
 from bayestouch.priors.parameters import LogNormal, Prior
+from bayestouch.sampling.bounds import falling_from_bounds
 
 # Largest number of entries of an array that is computed at once: 8 MB.
 NUMBERS_HELD = 1 << 20
@@ -91,16 +92,14 @@ class PadDensity:
     def approximation(self, farthest: float) -> tuple[FloatArray, FloatArray]:
         """Mean (d,) and covariance (d, d) of the normal density that approximates the posterior between its bounds.
 
-        If the mode of an entry is at a bound, the mean is beyond this bound. `farthest` limits the distance, in
-        standard deviations.
+        If the mode of an entry is at a bound, the mean is beyond this bound, by at most `farthest` standard deviations
+        (`bayestouch.sampling.bounds.falling_from_bounds`).
         """
-        linear = self.fitted.linear
-        covariance, slope = linear.free.covariance(), linear.free.gradient()
-        held = np.zeros(len(slope), dtype=bool) if linear.held is None else linear.held
-        most = farthest / np.sqrt(np.diag(covariance))
-        beyond = covariance @ np.where(held, np.clip(slope, -most, most), 0.0)
-        at = self._entries
-        mean = np.concatenate([self.fitted.vector[at] + beyond[at], self.drifts.mode])
+        linear, at = self.fitted.linear, self._entries
+        held = np.zeros(len(self.fitted.vector), dtype=bool) if linear.held is None else linear.held
+        slope = np.where(held, linear.free.gradient(), 0.0)
+        beyond, covariance = falling_from_bounds(slope, linear.free.covariance(), farthest)
+        mean = np.concatenate([(self.fitted.vector + beyond)[at], self.drifts.mode])
         return mean, self._with_drifts(covariance[np.ix_(at, at)])
 
     def _with_drifts(self, covariance: FloatArray) -> FloatArray:

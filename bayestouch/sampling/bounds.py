@@ -44,3 +44,28 @@ def log_probability(low: FloatArray, high: FloatArray) -> FloatArray:
     turned = low > 0
     below, above = log_ndtr(np.where(turned, -high, low)), log_ndtr(np.where(turned, -low, high))
     return np.asarray(above + np.log1p(-np.exp(below - above)))
+
+
+def falling_from_bounds(slope: FloatArray, covariance: FloatArray, farthest: float) -> tuple[FloatArray, FloatArray]:
+    """Normal density whose part between the bounds falls from a mode at bounds as steeply as a log density does there.
+
+    Parameters
+    ----------
+    slope : (d,) array
+        Gradient of the log density at the mode, for the entries that are at a bound; 0 for the others.
+    covariance : (d, d) array
+        Inverse of minus its second derivative.
+    farthest : float
+        Largest distance of the mean beyond a bound, in standard deviations. An entry whose density falls more steeply
+        gets a smaller standard deviation, with which the density falls as steeply at this distance.
+
+    Returns
+    -------
+    (d,) array, (d, d) array
+        Mean minus mode, and covariance.
+    """
+    for i in np.flatnonzero(slope):
+        share = (farthest / slope[i]) ** 2 / covariance[i, i]
+        if share < 1:
+            covariance = covariance - (1 - share) / covariance[i, i] * np.outer(covariance[i], covariance[i])
+    return np.asarray(covariance @ slope), covariance

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 from scipy.integrate import dblquad
+from scipy.optimize import nnls
 
-from bayestouch.model.linear import Linearised, Score, Scorer, beyond_bound, conditioned
+from bayestouch.model.linear import Linearised, Score, Scorer, beyond_bound, conditioned, step_within
 
 
 def linear(slope: np.ndarray) -> Linearised:
@@ -183,3 +184,22 @@ def test_one_of_two_is_held() -> None:
     assert step[1] == pytest.approx((4 * 0.75 + 2 - 2) / (8 + 4), rel=1e-9)
     step, held = model.step_within(lambda step: np.zeros(2, dtype=bool))
     np.testing.assert_allclose(step, [(2 * 0.5 + 2) / 4, 3 / 12], rtol=1e-9)
+
+
+def test_step_between_bounds_is_the_constrained_maximum() -> None:
+    """All are at a lower bound: nonnegative least squares. One that leaves only with another one is not held."""
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        root, wanted = rng.standard_normal((6, 5)) @ (np.eye(5) + 0.9), rng.standard_normal(6)
+        step, held = step_within(root.T @ root, root.T @ wanted, lambda step: step < 0)
+        # The matrix is conditioned by a share of 1e-10.
+        np.testing.assert_allclose(step, nnls(root, wanted)[0], rtol=1e-5, atol=1e-6)
+        assert not step[held].any()
+
+
+def test_of_two_that_leave_together_only_one_is_held() -> None:
+    """The unconstrained step is (-4.8, -4.2); with the first at its bound the second goes to 0.1."""
+    matrix, slope = np.array([[1.0, -0.9], [-0.9, 1.0]]), np.array([-1.0, 0.1])
+    step, held = step_within(matrix, slope, lambda step: step < 0)
+    assert held.tolist() == [True, False]
+    np.testing.assert_allclose(step, [0.0, 0.1], rtol=1e-8)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import ndtr
+from scipy.stats import truncnorm
 
-from bayestouch.sampling.bounds import normal_between
+from bayestouch.sampling.bounds import falling_from_bounds, normal_between
 
 BOUNDS = [(-1.0, 2.0), (-np.inf, 0.5), (-31.0, 3.0), (-6.0, -5.0), (20.0, np.inf), (-29.0, -28.0)]
 FAR = [(-111.0, -96.2), (-np.inf, -45.0), (50.0, np.inf), (31.0, 31.5), (-40.0, -31.0), (200.0, 200.1)]
@@ -48,3 +49,20 @@ def test_bounds_of_all_kinds_in_one_call() -> None:
     for k, (low, high) in enumerate(every):
         alone = normal_between(z[k : k + 1], np.array([low]), np.array([high]))
         assert [together[0][k], together[1][k]] == [alone[0][0], alone[1][0]]
+
+
+@pytest.mark.parametrize("steep", [2.0, 50.0, 4000.0])
+def test_a_density_that_falls_from_a_bound(steep: float) -> None:
+    """exp(-steep x - x²/2) for x ≥ 0, times a normal density of y about 0.7 x: mean of x by quadrature, y given x."""
+    precision = np.array([[1 + 0.7**2, -0.7], [-0.7, 1.0]])
+    beyond, covariance = falling_from_bounds(np.array([-steep, 0.0]), np.linalg.inv(precision), 8.0)
+    sd = float(np.sqrt(covariance[0, 0]))
+    assert abs(beyond[0]) <= 8 * sd * (1 + 1e-9)
+    found = truncnorm(-beyond[0] / sd, np.inf, loc=beyond[0], scale=sd)
+    weights = [quad(lambda x, k=k: x**k * np.exp(-steep * x - x**2 / 2), 0, 30 / steep)[0] for k in (0, 1)]
+    # Eight standard deviations from the mean, the mean beyond a bound is (1 - 2/64) over the slope.
+    assert found.mean() == pytest.approx(weights[1] / weights[0], rel=0.035)
+    assert found.std() == pytest.approx(found.mean(), rel=0.25)
+    assert covariance[0, 1] / covariance[0, 0] == pytest.approx(0.7, rel=1e-6)
+    assert beyond[1] / beyond[0] == pytest.approx(0.7, rel=1e-6)
+    assert covariance[1, 1] - covariance[0, 1] ** 2 / covariance[0, 0] == pytest.approx(1.0, rel=1e-6)
