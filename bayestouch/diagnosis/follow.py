@@ -25,6 +25,7 @@ from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.joining import fit_without
+from bayestouch.model.load_noise import with_load_noise_of
 from bayestouch.model.rest_errors import begun_with_rest
 from bayestouch.model.split_data import SplitData
 from bayestouch.output.progress import Progress, staged
@@ -72,7 +73,9 @@ def trace(
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)
     added = effects_as_added(rounds, final, spreads)
-    before = without.with_posteriors(found)
+    # One yardstick: what counts as noise of the loads is the same before and after.
+    fitted = with_load_noise_of(final, fitted)
+    before = replace(without, fitted=fitted).with_posteriors(found)
     with_effects = replace(without, fitted=final, added=added) if added else None
     explaining = with_effects or without
     remaining = Remaining(before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(final, explaining.held_out))

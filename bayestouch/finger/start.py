@@ -16,7 +16,7 @@ from bayestouch.finger.fit import FingerFit, fit_finger, with_offsets
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.fitting import Fitted, fit
-from bayestouch.model.noise import NoiseModel
+from bayestouch.model.noise import LoadNoise, NoiseModel
 from bayestouch.model.observations import Observations
 from bayestouch.model.shared_rest import RestOffsets
 from bayestouch.priors.parameters import Prior
@@ -100,7 +100,11 @@ def finger_start(
     model = replace(
         base.likelihood.model, observed=observed, pose=None, peak=peak, evaluator=None, assumed_load=known.load
     )
-    model = replace(model, evaluator=base.likelihood.series.at_loads(model.load))
+    at, prior = base.likelihood.layout.force_noise, base.likelihood.prior
+    of_loads = LoadNoise(
+        float(prior.mean[at]), float(prior.spread[at]), float(known.force_scatter), float(known.force_scatter_dof)
+    )
+    model = replace(model, evaluator=base.likelihood.series.at_loads(model.load), load_noise=of_loads)
     noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
     if priors.noise is not None:  # the noise of the fit combines the stated prior with the repeats
         noise = replace(noise, sd=np.maximum(base.noise.tactile_sd, 1e-6 * model.peak))

@@ -13,6 +13,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Shift, Values
+from bayestouch.model.noise import LoadNoise
 from bayestouch.model.observations import Observations, UntimedTouches
 
 Rows = Observations | UntimedTouches
@@ -81,12 +82,15 @@ class SensorModel(ABC):
         N/m on a finger, N on a pad.
     effects : tuple of Effect
         Effects in the chain, in the order of their values; they act in the order of the stages.
+    load_noise : LoadNoise or None
+        What is known of the noise of the force sensor beside the readings, if a fit estimates it; None if it is fixed.
     """
 
     observed: Rows
     peak: FloatArray
     reference_load: float
     effects: tuple[Effect, ...] = ()
+    load_noise: LoadNoise | None = None
 
     #: Whether consecutive touches are neighbours in location, as in a scan: then a random function of time can fit
     #: any error that depends on location.

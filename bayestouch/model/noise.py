@@ -16,6 +16,9 @@ from bayestouch.effects.noise import NoiseEffect
 # Smallest sd of one reading, over the peak: negligible, but not zero, because the whitening divides by it. Without
 # repeats the sd of one reading counts as zero.
 LEAST_SD = 1e-6
+# Values of the noise at which its density is computed: their number, and their range in standard deviations of the
+# prior about its mean. A noise farther from what was stated is no noise.
+POINTS, REACH = 401, 5.0
 
 
 def parts_shared(counts: FloatArray) -> FloatArray:
@@ -159,3 +162,31 @@ class NoiseModel:
     def with_(self, **changes: object) -> NoiseModel:
         """The same noise with other values of some fields."""
         return replace(self, **changes)  # type: ignore[arg-type]  # a wrong name raises an error in `replace`
+
+
+@dataclass(frozen=True)
+class LoadNoise:
+    """What is known of the noise of one reading of the force sensor without the readings of the elements.
+
+    Attributes
+    ----------
+    mean, spread : float
+        Log-normal prior: mean and standard deviation of the logarithm; the noise in N/m or N.
+    scatter, freedom : float
+        Sum of squares of the repeats of loads about their means, and its degrees of freedom.
+    """
+
+    mean: float
+    spread: float
+    scatter: float = 0.0
+    freedom: float = 0.0
+
+    @property
+    def grid(self) -> FloatArray:
+        """Logarithms of the noise at which densities are computed."""
+        return np.asarray(self.mean + self.spread * np.linspace(-REACH, REACH, POINTS))
+
+    def log_density(self, log_sd: FloatArray) -> FloatArray:
+        """Log density of logarithms of the noise, up to a constant."""
+        repeats = self.freedom * log_sd + 0.5 * self.scatter * np.exp(-2 * log_sd)
+        return np.asarray(-0.5 * ((log_sd - self.mean) / self.spread) ** 2 - repeats)

@@ -9,6 +9,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.model.base import SensorModel
 from bayestouch.model.fitting import Drift, Fitted, fit
+from bayestouch.model.load_noise import load_noise_again
 from bayestouch.model.noise import NoiseModel
 
 # Relative change of the peaks at which the iteration ends (far below one sd of any value); largest number of fits.
@@ -36,9 +37,12 @@ def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel,
 def settled(fitted: Fitted) -> Fitted:
     """The model fitted again with its own peaks and whitening.
 
-    The noise is estimated again from the scatter within touches, if effects explain a part of this scatter.
+    The noise is estimated again from the scatter within touches, if effects explain a part of this scatter; and so is
+    that of the loads, where it was estimated from the readings.
     """
-    noise = fitted.noise
+    noise, of_loads = fitted.noise, fitted.model.load_noise
+    if of_loads is not None:
+        noise = noise.with_(load_sd=load_noise_again(fitted, of_loads))
     if fitted.linear.deviation_jacobian is not None:
         observed = fitted.model.known
         read = ~np.isnan(observed.deviation)
