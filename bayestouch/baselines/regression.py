@@ -21,6 +21,8 @@ MOST_CHOSEN, STARTS = 400, 2
 DEGREES, MOST_TERMS = (1, 2, 3, 4, 5, 6, 8, 10, 12), 200
 #: Folds by which its degree is chosen.
 FOLDS = 5
+#: Seed for the touches by which lengths are chosen, and for the starts of that search: each fit gives the same.
+SEED = 0
 #: Touches that a regression predicts at once, so that memory stays below 100 MB.
 CHUNK = 2000
 
@@ -114,15 +116,13 @@ def require_scikit_learn() -> None:
         ) from None
 
 
-def gaussian_process(known: RegressionTouches, seed: int = 0) -> Regression:
+def gaussian_process(known: RegressionTouches) -> Regression:
     """Gaussian process for each element, with a length for each input and a noise, by its marginal likelihood.
 
     Parameters
     ----------
     known : RegressionTouches
         Touches that it is fitted to.
-    seed : int
-        Seed for the touches by which lengths are chosen, and for the starts of that search.
 
     Returns
     -------
@@ -143,7 +143,7 @@ def gaussian_process(known: RegressionTouches, seed: int = 0) -> Regression:
     centre, spread = known.inputs.mean(axis=0), known.inputs.std(axis=0)
     # An input that is the same in all touches has no scale, and says nothing.
     scale = np.where(spread > 0, spread, 1.0)
-    order = np.random.default_rng(seed).permutation(len(known.inputs))
+    order = np.random.default_rng(SEED).permutation(len(known.inputs))
 
     def one(element: int) -> tuple[OfElement, float]:
         if not _can_be_fitted(known, element):
@@ -152,7 +152,7 @@ def gaussian_process(known: RegressionTouches, seed: int = 0) -> Regression:
         x, y = ((known.inputs - centre) / scale)[seen], known.readings[seen, element]
         kernel = ConstantKernel(1.0, (1e-4, 1e6)) * Matern([0.5] * x.shape[1], (1e-2, 1e2), nu=2.5)
         kernel = kernel + WhiteKernel(1e-3, (1e-8, 1.0))
-        chosen = GaussianProcessRegressor(kernel, normalize_y=True, n_restarts_optimizer=STARTS - 1, random_state=seed)
+        chosen = GaussianProcessRegressor(kernel, normalize_y=True, n_restarts_optimizer=STARTS - 1, random_state=SEED)
         part = order[seen[order]][:MOST_CHOSEN]
         with warnings.catch_warnings():
             # A length or a noise at its bound: an input, or a noise, that this element does not show.

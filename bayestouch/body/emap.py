@@ -17,6 +17,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.body.finger import radial_strain_response
 from bayestouch.errors import InputError
 
+# Coefficients of a larger condition number count as not determined: relative noise of 1e-8 would fix the result.
+LARGEST_CONDITION = 1e8
+
 
 def fourier_basis(angles_deg: ArrayLike, n_coefficients: int) -> FloatArray:
     """Values of ``1, sin θ, cos θ, …, sin n_c θ, cos n_c θ`` at the given angles.
@@ -123,9 +126,7 @@ def model_e_matrix(
     return np.asarray(per_coefficient(response) * basis / shear_modulus_MPa)
 
 
-def empirical_e_matrix(
-    coefficients: ArrayLike, scaled_readings: ArrayLike, *, largest_condition: float = 1e8
-) -> FloatArray:
+def empirical_e_matrix(coefficients: ArrayLike, scaled_readings: ArrayLike) -> FloatArray:
     """E map identified directly from touches, equation (6), by least squares on an orthogonal factorisation.
 
     The function minimises ``‖E P - G D‖`` for each element separately. It assumes that the readings scaled by the
@@ -141,9 +142,6 @@ def empirical_e_matrix(
         **P**: one column of pressure coefficients per touch, for example from `traction_coefficients`.
     scaled_readings : (n_elements, n_touches) array_like
         **G D**: readings times gain. NaN where a reading is missing; that touch is not used for that element.
-    largest_condition : float
-        P is treated as rank-deficient if its condition number exceeds this. At this limit, relative noise of
-        1e-8 would determine the result.
 
     Returns
     -------
@@ -166,16 +164,16 @@ def empirical_e_matrix(
     patterns, which = np.unique(present, axis=0, return_inverse=True)
     for i, pattern in enumerate(patterns):
         rows = np.ravel(which) == i
-        matrix[rows] = _solve(p[:, pattern].T, d[np.ix_(rows, pattern)].T, largest_condition).T
+        matrix[rows] = _solve(p[:, pattern].T, d[np.ix_(rows, pattern)].T).T
     return matrix
 
 
-def _solve(design: FloatArray, readings: FloatArray, largest_condition: float) -> FloatArray:
+def _solve(design: FloatArray, readings: FloatArray) -> FloatArray:
     needed, touches = design.shape[1], design.shape[0]
     # Columns are scaled to equal length: a small high coefficient does not mean that touches are missing.
     length = np.linalg.norm(design, axis=0)
     length = np.where(length > 0, length, 1.0)
-    solution, _, rank, _ = np.linalg.lstsq(design / length, readings, rcond=1 / largest_condition)
+    solution, _, rank, _ = np.linalg.lstsq(design / length, readings, rcond=1 / LARGEST_CONDITION)
     if rank < needed:
         raise InputError(
             f"{touches} touches determine only {rank} of {needed} pressure coefficients; an empirical E map "

@@ -9,6 +9,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.body.finger import solve_body
 from bayestouch.errors import InputError
 
+#: Level of a cut-off where no other is given, dB: that of the paper, one in a hundred.
+CUT_OFF_DB = -40.0
+
 
 def frequency_response_db(
     modes: ArrayLike,
@@ -69,7 +72,7 @@ def cut_off(
     outer_radius_mm: float,
     poisson_ratio: float,
     sensing_radius_mm: float | None = None,
-    level_db: float = -40.0,
+    level_db: float = CUT_OFF_DB,
 ) -> float:
     """Spatial frequency in cycles per radian (``k/2π``) above which the response stays below `level_db`.
 
@@ -118,9 +121,8 @@ def sensing_radius_for_cut_off(
     core_radius_mm: float,
     outer_radius_mm: float,
     poisson_ratio: float,
-    level_db: float = -40.0,
 ) -> float:
-    """Sensing radius in mm at which radial strain has a given cut-off (cycles per radian at `level_db`).
+    """Sensing radius in mm at which radial strain has a given cut-off (cycles per radian, see `cut_off`).
 
     If there are several, the result is the one closest to the surface. For the paper's 4.5 and 25 cycles/radian, with
     α = 0.70 and 0.90, the result is 0.056 and 0.054 r_b above the core (σ = 0.46).
@@ -138,7 +140,6 @@ def sensing_radius_for_cut_off(
             outer_radius_mm=outer_radius_mm,
             poisson_ratio=poisson_ratio,
             sensing_radius_mm=radius,
-            level_db=level_db,
         )
         return found - cycles_per_radian
 
@@ -149,7 +150,7 @@ def sensing_radius_for_cut_off(
     below = np.flatnonzero(np.array(excess) < 0)
     if below.size == 0 or below[0] == 0:
         raise InputError(
-            f"no sensing radius has a cut-off of {cycles_per_radian:g} cycles/radian at {level_db:g} dB; from core to "
-            f"surface it goes from {min(excess) + cycles_per_radian:.3g} to {excess[0] + cycles_per_radian:.3g}"
+            f"no sensing radius has a cut-off of {cycles_per_radian:g} cycles/radian at {CUT_OFF_DB:g} dB; from core "
+            f"to surface it goes from {min(excess) + cycles_per_radian:.3g} to {excess[0] + cycles_per_radian:.3g}"
         )
     return float(brentq(miss, radii[below[0]], radii[below[0] - 1], xtol=1e-9))

@@ -74,7 +74,7 @@ def half_width(kappa: ArrayLike, poisson_ratio: ArrayLike) -> FloatArray:
 
 
 def elliptic_spectrum(half_angle: ArrayLike, modes: ArrayLike) -> FloatArray:
-    """Spectrum ``q_k = 2 J_1(kβ)/(kβ)`` of an elliptic pressure on ``|θ - θ_c| <= β``.
+    """Spectrum ``q_k = 2 J_1(kβ)/(kβ)`` of an elliptic pressure on ``|θ - θ_c| <= β``: equation (9) over ``2 p_0``.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def pressure(
 ) -> FloatArray:
     """Pressure in MPa, compression positive, at angle θ (rad) from the contact's centre: equation (7).
 
-    `arc_rad` is the arc of contact θ_w of `arc_of_contact`; outside it the pressure is zero.
+    `arc_rad` is the arc of contact θ_w, the full width 2 a over r_b (`half_width`); outside it the pressure is zero.
 
     Raises
     ------
@@ -121,61 +121,6 @@ def _relative_curvature(indenter_radius_mm: float, outer_radius_mm: float) -> fl
     if radius == 0:
         raise InputError("a knife edge has no finite pressure; the indenter radius must not be zero")
     return outer_radius_mm / radius
-
-
-def arc_of_contact(
-    *,
-    load_N_per_mm: float,
-    indenter_radius_mm: float,
-    outer_radius_mm: float,
-    shear_modulus_MPa: float,
-    poisson_ratio: float,
-) -> float:
-    """Arc of contact θ_w in rad (the full width): equation (8), corrected as in the module description."""
-    kappa = load_N_per_mm * composite_radius(indenter_radius_mm, outer_radius_mm) / shear_modulus_MPa
-    return float(2 * half_width(kappa, poisson_ratio) / outer_radius_mm)
-
-
-def fourier_coefficients(
-    modes: ArrayLike,
-    *,
-    centre_rad: float,
-    arc_rad: float,
-    indenter_radius_mm: float,
-    outer_radius_mm: float,
-    shear_modulus_MPa: float,
-    poisson_ratio: float,
-) -> tuple[float, FloatArray, FloatArray]:
-    """Fourier coefficients of the pressure: equation (9).
-
-    Parameters
-    ----------
-    modes : (n_modes,) array_like
-        Modes k from 1.
-    centre_rad : float
-        Location of the contact θ_c, rad.
-
-    Returns
-    -------
-    mean : float
-        ``p_0``, MPa.
-    sine, cosine : (n_modes,) arrays
-        ``p_k^s`` and ``p_k^c``, MPa.
-
-    Raises
-    ------
-    InputError
-        As in `pressure`.
-    """
-    k = np.asarray(modes, dtype=float)
-    curvature = _relative_curvature(indenter_radius_mm, outer_radius_mm)
-    scale = shear_modulus_MPa / (1 - poisson_ratio) * curvature
-    amplitude = scale / 2 * arc_rad / k * j1(arc_rad / 2 * k)
-    return (
-        scale / 4 * (arc_rad / 2) ** 2,
-        amplitude * np.sin(k * centre_rad),
-        amplitude * np.cos(k * centre_rad),
-    )
 
 
 @dataclass(frozen=True)

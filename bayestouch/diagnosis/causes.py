@@ -111,7 +111,7 @@ def drifts_not_added(rounds: Sequence[SearchRound]) -> set[str]:
     return drifts - set(rounds[-1].before.names)
 
 
-def weights(gains: Sequence[FloatArray], log_prior: FloatArray, draws: int = DRAWS) -> FloatArray:
+def weights(gains: Sequence[FloatArray], log_prior: FloatArray) -> FloatArray:
     """Mean posterior weight of each model over a Bayesian bootstrap of blocks, (k,); k models.
 
     Parameters
@@ -121,13 +121,11 @@ def weights(gains: Sequence[FloatArray], log_prior: FloatArray, draws: int = DRA
         out all touches; the log density of a model is the mean of these ways.
     log_prior : (k,) array
         Logarithm of the prior weight of each model.
-    draws : int
-        Number of draws. They are always the same.
     """
     rng = np.random.default_rng(0)
-    total = np.zeros((draws, len(log_prior)))
+    total = np.zeros((DRAWS, len(log_prior)))
     for each in gains:
-        share = rng.dirichlet(np.ones(each.shape[1]), draws)
+        share = rng.dirichlet(np.ones(each.shape[1]), DRAWS)
         total += each.shape[1] * share @ each.T / len(gains)
     return np.asarray(softmax(total + log_prior, axis=1).mean(axis=0))
 

@@ -75,13 +75,13 @@ def views(held: HeldOut) -> Iterator[View]:
         yield _view(held, each.name, each.unit, each.values, bin_ends(finite))
 
 
-def bin_ends(values: FloatArray, bins: int = BINS) -> FloatArray:
+def bin_ends(values: FloatArray) -> FloatArray:
     """Limits of bins with equally many values, or of one bin for each value if there are few."""
     distinct = np.unique(values)
-    if len(distinct) <= bins:
+    if len(distinct) <= BINS:
         middle = 0.5 * (distinct[1:] + distinct[:-1])
         return np.concatenate([[distinct[0]], middle, [distinct[-1]]])
-    return np.unique(np.quantile(values, np.linspace(0, 1, bins + 1)))
+    return np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
 
 
 def _view(

@@ -19,11 +19,11 @@ from bayestouch.array_types import FloatArray, IntArray
 UNSEEN = 0.03
 
 
-def seen_columns(raw: FloatArray, sd: FloatArray, unseen: float = UNSEEN) -> FloatArray:
+def seen_columns(raw: FloatArray, sd: FloatArray) -> FloatArray:
     """Fewer columns (k, t, m), whose weighted sum has the same distribution except for parts far below the noise.
 
     Weights are standard normal. Columns that change one element only are therefore replaced by their principal
-    components, without the small ones.
+    components, without the small ones (`UNSEEN`).
 
     Parameters
     ----------
@@ -31,14 +31,12 @@ def seen_columns(raw: FloatArray, sd: FloatArray, unseen: float = UNSEEN) -> Flo
         Columns before whitening, NaN missing.
     sd : (t, m) array
         Standard deviation of the noise of each reading.
-    unseen : float
-        A component is left out if its sum over touches of ``(column / sd)²`` is not above this.
     """
     white = WhiteColumns.of(raw, np.broadcast_to(np.eye(raw.shape[2]), (*raw.shape[1:], raw.shape[2])))
     kept = [np.where(np.isnan(raw), 0.0, raw)[white.full_index]]
     for e, own in enumerate(white.own):
         axes, sizes, _ = np.linalg.svd(own / sd[:, e], full_matrices=False)
-        columns = np.zeros((int((sizes**2 > unseen).sum()), *raw.shape[1:]))
+        columns = np.zeros((int((sizes**2 > UNSEEN).sum()), *raw.shape[1:]))
         columns[:, :, e] = axes[:, : len(columns)].T @ own
         kept.append(columns)
     return np.concatenate(kept)

@@ -19,6 +19,10 @@ from scipy.special import erfcx
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.columns import WhiteColumns
 
+# Share of the sum of squares of each column that is added to its information: the inverse exists where columns are the
+# same, and a test changes by 1e-9 of itself.
+RIDGE = 1e-9
+
 # SURE: relative variance of a parameter at its bound, below which rounding would make the covariance indefinite. FAR:
 # distance beyond a bound, in sd, where the second term of the asymptotic form (5/x² of the first) is below rounding.
 SURE, FAR = 1e-8, 1e3
@@ -198,9 +202,9 @@ class Score:
         total = float(self.raw.sum())
         return float(np.trace(self.information)) / total if total > 0 else 0.0
 
-    def chi_square(self, ridge: float = 1e-9) -> float:
+    def chi_square(self) -> float:
         """Test statistic: chi-square distributed with q degrees of freedom if the model is complete."""
-        matrix = self.information + np.diag(ridge * self.raw + 1e-300)
+        matrix = self.information + np.diag(RIDGE * self.raw + 1e-300)
         return float(self.slope @ np.linalg.solve(matrix, self.slope))
 
     def estimate(self, precision: FloatArray) -> FloatArray:

@@ -94,12 +94,10 @@ def draw(
     plan: DrawPlan,
     *,
     workers: int | None = None,
-    progress: Callable[[int], None] | None = None,
-    first: int = 0,
 ) -> Drawn:
-    """Posterior draws of one block of touches; `first` is the number of its first touch. See `draw_blocks`."""
+    """Posterior draws of one block of touches, numbered from 0. See `draw_blocks`."""
     t = touches.n_touches
-    blocks = draw_blocks(sampler, iter([(first, touches)]), lambda block: block, plan, t, t, workers, progress)
+    blocks = draw_blocks(sampler, iter([(0, touches)]), lambda block: block, plan, t, t, workers)
     return next(blocks)[2]
 
 

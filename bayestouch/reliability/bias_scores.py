@@ -16,6 +16,8 @@ from bayestouch.results.objects import TouchPosteriors
 
 #: Mean absolute value of a normal variable divided by its standard deviation.
 MEAN_ABSOLUTE = float(np.sqrt(2 / np.pi))
+#: Bootstrap samples for the intervals of scores: 15 of them are beyond each end.
+BOOTSTRAPS = 300
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -177,15 +179,14 @@ def _explained(
     r_squared: Callable[[FloatArray, FloatArray], float],
     block: int,
     seed: int,
-    samples: int = 300,
 ) -> Explained:
     if predicted.shape != observed.shape or predicted.ndim != 2:
         raise InputError(f"expected maps of one shape (k, n), got {predicted.shape} and {observed.shape}")
     rng = np.random.default_rng(seed)
     k, n = observed.shape
     block = max(1, min(block, n // 2))
-    scores = np.empty((samples, 2))
-    for i in range(samples):
+    scores = np.empty((BOOTSTRAPS, 2))
+    for i in range(BOOTSTRAPS):
         starts = rng.integers(n, size=-(-n // block))
         places = (starts[:, None] + np.arange(block)).ravel()[:n] % n
         chosen = np.ix_(rng.integers(k, size=k), places)

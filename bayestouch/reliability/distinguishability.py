@@ -123,11 +123,6 @@ class Trial(Summarised):
         alarms, hits = self.roc(i, j)
         return float(np.diff(alarms) @ (hits[1:] + hits[:-1]) / 2)
 
-    def hits_at(self, i: int, j: int, false_alarms: float = 0.05) -> float:
-        """Share of touches by j that are called j, if at most the share `false_alarms` of touches by i is called j."""
-        alarms, hits = self.roc(i, j)
-        return float(hits[alarms <= false_alarms].max())
-
 
 def _share_above(values: FloatArray) -> float:
     return float((values > 0).mean() + 0.5 * (values == 0).mean())

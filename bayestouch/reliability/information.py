@@ -111,8 +111,8 @@ class RadiusScale(Summarised):
         first, second = (self.at(composite_radius(r, self.outer_radius_mm)) for r in (first_r_c, second_r_c))
         return np.asarray(ndtr(0.5 * np.abs(second - first)))
 
-    def threshold(self, from_r_c: float = 0.0, probability: float = 0.95, *, blunter: bool = True) -> FloatArray:
-        """r_c (mm) of the nearest indenter that is distinguished from `from_r_c` with this probability, (n,).
+    def threshold(self, from_r_c: float = 0.0, probability: float = 0.95) -> FloatArray:
+        """r_c (mm) of the nearest blunter indenter that is distinguished from `from_r_c` with this probability, (n,).
 
         Parameters
         ----------
@@ -120,8 +120,6 @@ class RadiusScale(Summarised):
             Indenter to start from; a knife edge by default.
         probability : float
             Probability of identifying the right one of the two with even prior odds.
-        blunter : bool
-            True to search towards the flat, False towards the edge.
 
         Returns
         -------
@@ -134,7 +132,7 @@ class RadiusScale(Summarised):
             raise InputError(f"probability: expected between 0.5 and 1, got {probability:g}")
         needed = 2 * ndtri(probability)
         start = self.at(composite_radius(from_r_c, self.outer_radius_mm))[:, 0]
-        target = start + needed if blunter else start - needed
+        target = start + needed
         out = np.full(len(self.angle), np.nan)
         for i, (row, value) in enumerate(zip(self.scale, target, strict=True)):
             if row[0] <= value <= row[-1]:

@@ -95,9 +95,6 @@ def weighed(
     numbers: IndexArray,
     streams: BlockStreams,
     n: int,
-    *,
-    points_a_call: int = POINTS_A_CALL,
-    called: Callable[[int], None] | None = None,
 ) -> Iterator[tuple[slice, FloatArray, FloatArray, FloatArray]]:
     """Yield n points of each proposal with both log densities, some blocks at a time.
 
@@ -105,7 +102,7 @@ def weighed(
 
     Parameters
     ----------
-    log_density, numbers, points_a_call, called
+    log_density, numbers
         As `of_blocks`.
     proposal, streams
         Proposal and random numbers of the blocks, in their order.
@@ -117,10 +114,10 @@ def weighed(
     slice, (b, n, d) array, (b, n) array, (b, n) array
         Slice of the blocks, their points, log density and log density of the proposal.
     """
-    some = max(1, points_a_call // max(n, 1))
+    some = max(1, POINTS_A_CALL // max(n, 1))
     for first in range(0, proposal.n_blocks, some):
         part = slice(first, min(first + some, proposal.n_blocks))
-        density = of_blocks(log_density, numbers[part], points_a_call=points_a_call, called=called)
+        density = of_blocks(log_density, numbers[part])
         x, log_q = proposal.select(np.arange(part.start, part.stop)).draw(streams.select(part), n)
         yield part, x, density(x), log_q
 

@@ -82,10 +82,8 @@ class StudentTProposal:
     dof: float = 7.0
 
     @classmethod
-    def from_covariance(
-        cls, centre: ArrayLike, covariance: ArrayLike, dof: float = 7.0, scale: float = 1.0
-    ) -> StudentTProposal:
-        """Return Student-t distributions with scale matrix ``scale² covariance``, usually from a Laplace fit.
+    def from_covariance(cls, centre: ArrayLike, covariance: ArrayLike, dof: float = 7.0) -> StudentTProposal:
+        """Return Student-t distributions with a covariance as scale matrix, usually from a Laplace fit.
 
         Raises
         ------
@@ -93,7 +91,7 @@ class StudentTProposal:
             A covariance is not positive definite.
         """
         root = np.linalg.cholesky(np.asarray(covariance, dtype=float))
-        return cls(np.asarray(centre, dtype=float), scale * root, dof)
+        return cls(np.asarray(centre, dtype=float), root, dof)
 
     @property
     def n_blocks(self) -> int:

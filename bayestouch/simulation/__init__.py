@@ -218,9 +218,9 @@ def embedded_design() -> FingerDesign:
     )
 
 
-def embedded_dataset(seed: int = EMBEDDED_SEED) -> SimulatedDataSet:
+def embedded_dataset() -> SimulatedDataSet:
     """Simulated finger of `embedded_design`, that the package reports on if it is given no data."""
-    return simulate(embedded_design(), seed=seed)
+    return simulate(embedded_design(), seed=EMBEDDED_SEED)
 
 
 def _size(name: str, value: float) -> float:

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.special import j1
 
 from bayestouch.contact import HertzContact, composite_radius, indenter_radius
 from bayestouch.contact.hertz import (
-    arc_of_contact,
     elliptic_spectrum,
-    fourier_coefficients,
     half_width,
     pressure,
 )
@@ -16,6 +15,13 @@ from bayestouch.errors import InputError
 
 RUBBER = {"outer_radius_mm": 12.7, "shear_modulus_MPa": 0.3, "poisson_ratio": 0.46}
 LOAD = 0.2  # N/mm
+
+
+def arc_of_contact(radius):
+    """Equation (8), corrected: the full width over r_b, rad."""
+    outer, sigma = RUBBER["outer_radius_mm"], RUBBER["poisson_ratio"]
+    composite = composite_radius(radius, outer)
+    return 2 / outer * np.sqrt(2 * LOAD * (1 - sigma) * composite / (np.pi * RUBBER["shear_modulus_MPa"]))
 
 
 def integrated(function, half_arc):
@@ -33,7 +39,7 @@ def test_a_flat_has_the_radius_of_the_finger(outer):
 
 @pytest.mark.parametrize("radius", [0.5, 3.9, 12.3, 25.25, np.inf])
 def test_pressure_integrates_to_load_with_corrected_width_only(radius):
-    arc = arc_of_contact(load_N_per_mm=LOAD, indenter_radius_mm=radius, **RUBBER)
+    arc = arc_of_contact(radius)
 
     def load(width):
         return RUBBER["outer_radius_mm"] * integrated(
@@ -48,23 +54,20 @@ def test_pressure_integrates_to_load_with_corrected_width_only(radius):
     assert abs(load(printed) / LOAD - 1) > 0.5
 
 
-@pytest.mark.parametrize("centre", [0.0, 0.4])
-def test_fourier_coefficients_are_those_of_the_pressure(centre):
-    arc = arc_of_contact(load_N_per_mm=LOAD, indenter_radius_mm=3.9, **RUBBER)
-    shape = {"arc_rad": arc, "indenter_radius_mm": 3.9, **RUBBER}
+def test_spectrum_is_that_of_the_pressure():
+    """Equation (9) as printed is the pressure's Fourier coefficients by quadrature, and the spectrum p_k over 2 p_0."""
+    arc = arc_of_contact(3.9)
     modes = np.array([1, 2, 7, 30, 80])
-    mean, sine, cosine = fourier_coefficients(modes, centre_rad=centre, **shape)
 
-    def coefficient(weight):
-        return integrated(lambda theta: pressure(theta, **shape) * weight(theta + centre), arc / 2) / np.pi
+    def integral(k):
+        of_width = {"arc_rad": arc, "indenter_radius_mm": 3.9, **RUBBER}
+        return integrated(lambda theta: pressure(theta, **of_width) * np.cos(k * theta), arc / 2)
 
-    assert mean == pytest.approx(coefficient(lambda theta: 0.5), rel=1e-9)
-    for k, s, c in zip(modes, sine, cosine, strict=True):
-        assert s == pytest.approx(coefficient(lambda theta, k=k: np.sin(k * theta)), abs=1e-10)
-        assert c == pytest.approx(coefficient(lambda theta, k=k: np.cos(k * theta)), abs=1e-10)
-    # The same as the normalised spectrum: p_k = 2 p_0 q_k.
-    spectrum = elliptic_spectrum(arc / 2, modes)
-    np.testing.assert_allclose(np.hypot(sine, cosine), 2 * mean * np.abs(spectrum), rtol=1e-12)
+    scale = RUBBER["shear_modulus_MPa"] / (1 - RUBBER["poisson_ratio"]) * (1 + RUBBER["outer_radius_mm"] / 3.9)
+    mean, printed = scale / 4 * (arc / 2) ** 2, scale / 2 * arc / modes * j1(arc / 2 * modes)
+    assert mean == pytest.approx(integral(0) / (2 * np.pi), rel=1e-9)
+    np.testing.assert_allclose(printed, [integral(k) / np.pi for k in modes], atol=1e-10)
+    np.testing.assert_allclose(elliptic_spectrum(arc / 2, modes), printed / (2 * mean), rtol=1e-12)
 
 
 def test_half_widths_of_the_physics_table():
@@ -109,7 +112,6 @@ def test_spectrum_shape_and_limits():
         lambda: half_width(np.nan, 0.46),
         lambda: half_width(np.inf, 0.46),
         lambda: pressure(0.1, arc_rad=0.2, indenter_radius_mm=0.0, **RUBBER),
-        lambda: fourier_coefficients([1, 2], centre_rad=0.0, arc_rad=0.0, indenter_radius_mm=0.0, **RUBBER),
         lambda: HertzContact(12.7, 0.7),
         lambda: HertzContact(0.0, 0.46),
     ],

@@ -42,7 +42,6 @@ def test_ends_of_bins() -> None:
     np.testing.assert_allclose(bin_ends(np.arange(12.0)), [0, *(np.arange(11) + 0.5), 11])
     np.testing.assert_allclose(bin_ends(np.arange(13.0)), np.arange(13.0))
     np.testing.assert_allclose(bin_ends(np.arange(25.0)), np.arange(0, 25, 2.0))
-    np.testing.assert_allclose(bin_ends(np.arange(9.0), 2), [0, 4, 8])
 
 
 def held(quantities: tuple[Any, ...] = ()) -> Any:

@@ -77,10 +77,12 @@ def test_scores_of_two_columns() -> None:
     score = scores()
     assert score.seen == 0.5
     assert score.chi_square() == pytest.approx((4 * 36 - 2 * 2 * 18 + 9 * 9) / 32, rel=1e-6)
-    assert score.chi_square(0.1) == pytest.approx(score.slope @ np.linalg.solve([[10, 2], [2, 5.6]], score.slope))
     # (10, 2; 2, 6) x = (6, 3): x = (30, 18)/56
     np.testing.assert_allclose(score.estimate(np.array([1.0, 2.0])), [30 / 56, 18 / 56])
     assert Score(np.zeros(1), np.ones((1, 1)), np.zeros(1)).seen == 0.0
+    # The same column twice tests no more than once: s²/I.
+    twice = Score(np.array([6.0, 6.0]), np.full((2, 2), 9.0), np.array([10.0, 10.0]))
+    assert twice.chi_square() == pytest.approx(36 / 9, rel=1e-6)
 
 
 def test_scores_take_out_what_parameters_absorb() -> None:

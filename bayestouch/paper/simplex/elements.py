@@ -71,7 +71,6 @@ def fit_element(
     shear_modulus_MPa: float,
     *,
     contact: str | None = None,
-    window_deg: float = WINDOW_DEG,
     pressure: KnownPressure | None = None,
 ) -> ElementFit:
     """Return the fit of σ, r_s, θ_s and gain of one element to the touches around it.
@@ -89,8 +88,6 @@ def fit_element(
     contact : str, optional
         Contact model (`bayestouch.contact.CONTACT_MODELS`) to fit flats and round tips too. By default only
         knife edges are fitted, which need no contact model.
-    window_deg : float
-        Width of the range of touches about the element's design angle.
     pressure : KnownPressure, optional
         Pressures of these touches, if already computed; they are the same for all elements.
 
@@ -106,10 +103,10 @@ def fit_element(
     readings = means.readings[pressure.rows, element]
     design = finger.element_angles_deg[element]
     off = turned(pressure.angle_deg - design)
-    near = (np.abs(off) <= window_deg / 2) & np.isfinite(readings)
+    near = (np.abs(off) <= WINDOW_DEG / 2) & np.isfinite(readings)
     if near.sum() < FEWEST_TOUCHES:
         raise InputError(
-            f"element e{element + 1:02d} has {near.sum()} known touches within {window_deg / 2:g} degrees; "
+            f"element e{element + 1:02d} has {near.sum()} known touches within {WINDOW_DEG / 2:g} degrees; "
             f"expected at least {FEWEST_TOUCHES}"
         )
     data = readings[near]
@@ -125,7 +122,7 @@ def fit_element(
     # The number of modes is sufficient up to this radius, and the strain is zero at the core.
     thickness = finger.outer_radius_mm - finger.core_radius_mm
     depths = (finger.core_radius_mm + 1e-3 * thickness, shallowest_radius(finger))
-    bounds = [(0.0, LARGEST_POISSON_RATIO), depths, (design - window_deg / 4, design + window_deg / 4)]
+    bounds = [(0.0, LARGEST_POISSON_RATIO), depths, (design - WINDOW_DEG / 4, design + WINDOW_DEG / 4)]
     nominal = 0.46 if sensor.rubber.poisson_ratio is None else sensor.rubber.poisson_ratio
     start = np.array([min(nominal, 0.48), finger.sensing_radius_mm, design]) / STEPS
     limits = [(low / step, high / step) for (low, high), step in zip(bounds, STEPS, strict=True)]

@@ -24,6 +24,8 @@ from bayestouch.paper.simplex.summary import summary
 
 SMALLEST_SINGULAR_VALUE = 0.01
 SMALLEST_RESPONSE = 0.005
+POISSON_RATIO = 0.46
+"""Mean of the elements in Table 1."""
 REACH_DEG = 15.0
 """An element is identified if a knife edge is at most this far from it, degree."""
 
@@ -68,7 +70,7 @@ class EmpiricalTable:
         return condition_number(self.map[fitted] / self.response[fitted, None])
 
 
-def coefficients_needed(finger: Finger, poisson_ratio: float = 0.46) -> int:
+def coefficients_needed(finger: Finger) -> int:
     """Return the Fourier mode n_c above which the response of the designed finger is below 0.5 % of its maximum."""
     modes = np.arange(400)
     strain = np.abs(
@@ -77,7 +79,7 @@ def coefficients_needed(finger: Finger, poisson_ratio: float = 0.46) -> int:
             finger.sensing_radius_mm,
             core_radius_mm=finger.core_radius_mm,
             outer_radius_mm=finger.outer_radius_mm,
-            poisson_ratio=poisson_ratio,
+            poisson_ratio=POISSON_RATIO,
         )
     )
     return int(np.flatnonzero(strain > SMALLEST_RESPONSE * strain.max())[-1]) + 1

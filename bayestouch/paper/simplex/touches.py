@@ -75,8 +75,6 @@ class TouchFit:
     error_percent_peak : float
         Root mean square of reading minus fit in % of each element's peak, its reading directly under a knife edge
         with this load.
-    evaluations : int
-        Number of predictions in the simplex method.
     converged : bool
         Whether the simplex reached the convergence criterion.
     """
@@ -86,7 +84,6 @@ class TouchFit:
     angle_deg: float
     load: float
     error_percent_peak: float
-    evaluations: int
     converged: bool
 
 
@@ -222,6 +219,5 @@ def _fit(finger: TouchPredictor, reading: FloatArray, load: float | None, radius
         angle_deg=float(np.degrees(angle)),
         load=newtons,
         error_percent_peak=100 * float(np.sqrt(np.mean(error**2))),
-        evaluations=int(found.nfev),
         converged=bool(found.success),
     )
