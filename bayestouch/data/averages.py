@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.arrays import turned
 from bayestouch.data.grouping import all_equal, first_of, grouped_mean, groups
-from bayestouch.data.sample_rows import SampleRows
+from bayestouch.data.sample_rows import SampleRows, reads_of_rows
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 
@@ -146,7 +146,7 @@ def average(touches: SampleRows) -> TouchMeans:
     rows = np.flatnonzero(touches.in_contact)
     ids, group = groups(touches.touch[rows])
     n = len(ids)
-    reads = np.ones(len(rows)) if touches.reads is None else np.where(np.isnan(touches.reads), 1, touches.reads)[rows]
+    reads = reads_of_rows(touches)[rows]
     values = touches.readings[rows]
     sd = np.full(values.shape, np.nan) if touches.readings_sd is None else touches.readings_sd[rows]
     known_reads = touches.reads is not None and ~np.isnan(touches.reads[rows])

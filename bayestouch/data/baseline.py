@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from bayestouch.array_types import FloatArray
 from bayestouch.data.averages import average
 from bayestouch.data.grouping import grouped_mean, groups
-from bayestouch.data.sample_rows import SampleRows
+from bayestouch.data.sample_rows import SampleRows, reads_of_rows
 from bayestouch.errors import InputError
 
 Rows = TypeVar("Rows", bound=SampleRows)
@@ -70,7 +70,7 @@ class RestTally:
             each.copy() for each in (self.last, self.last_weight, self.squares, self.pairs)
         )
         if away.any():
-            weights = _weights(touches)[away]
+            weights = reads_of_rows(touches)[away]
             for k, values in enumerate(touches.readings[away].T):
                 some = ~np.isnan(values)
                 if not some.any():
@@ -206,7 +206,7 @@ class Baseline:
         if not self.own or not away.any():
             return _subtracted(touches, np.tile(self.general, (touches.n_rows, 1)), self.note, shared)
         ids, group = groups(touches.touch)
-        weights, there, members = _weights(touches)[away], ~np.isnan(touches.readings[away]), group[away]
+        weights, there, members = reads_of_rows(touches)[away], ~np.isnan(touches.readings[away]), group[away]
         columns = touches.readings[away].T
         own = np.stack([grouped_mean(values, members, len(ids), weights) for values in columns], axis=1)
         count = np.stack([np.bincount(members, weights * some, len(ids)) for some in there.T], axis=1)
@@ -298,7 +298,3 @@ def _without_rest_reading(general: FloatArray) -> str:
 def _subtracted(touches: Rows, offset: FloatArray, note: str, rest_reads: FloatArray | None) -> Rows:
     readings = touches.readings - np.where(np.isnan(offset), 0.0, offset)
     return touches.with_(readings=readings, rest_reads=rest_reads, notes=(*touches.notes, note))
-
-
-def _weights(touches: SampleRows) -> FloatArray:
-    return np.ones(touches.n_rows) if touches.reads is None else np.where(np.isnan(touches.reads), 1, touches.reads)

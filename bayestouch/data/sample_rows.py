@@ -1,8 +1,10 @@
-"""Protocol of the touch-table attributes that averages and baselines use, without an import of `Touches`."""
+"""Protocol of the touch-table attributes that averages and baselines use, without an import of `Touches`; and reads."""
 
 from __future__ import annotations
 
 from typing import Any, Protocol, Self
+
+import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 
@@ -46,3 +48,10 @@ class SampleRows(Protocol):
     def with_(self, **changes: Any) -> Self:
         """Return a copy with other values of some attributes."""
         ...
+
+
+def reads_of_rows(touches: SampleRows) -> FloatArray:
+    """Number of raw reads behind each row, (n,): 1 where it is not stated."""
+    if touches.reads is None:
+        return np.ones(touches.n_rows)
+    return np.where(np.isnan(touches.reads), 1.0, touches.reads)

@@ -16,6 +16,7 @@ import numpy as np
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.grouping import groups
+from bayestouch.data.sample_rows import reads_of_rows
 from bayestouch.data.touches import Touches
 from bayestouch.effects.effect import Values
 from bayestouch.model.outlier_likelihood import OutlierLikelihood, grouped_samples
@@ -75,7 +76,7 @@ class FewSamples:
         scatter is not that of a reading.
         """
         rows = np.flatnonzero(doubtful.in_contact)
-        if doubtful.reads is not None and (np.nan_to_num(doubtful.reads[rows], nan=1.0) != 1).any():
+        if (reads_of_rows(doubtful)[rows] != 1).any():
             return None
         samples = grouped_samples(doubtful.readings[rows], groups(doubtful.touch[rows])[1])
         touch, element = np.nonzero(~np.isnan(samples).all(axis=2))

@@ -13,6 +13,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import History
 from bayestouch.data.averages import TouchMeans, average
 from bayestouch.data.grouping import groups
+from bayestouch.data.sample_rows import reads_of_rows
 from bayestouch.data.touches import Touches
 
 
@@ -123,12 +124,11 @@ class Observations:
         rows = np.flatnonzero(touches.in_contact)
         means = average(touches)
         _, group = groups(touches.touch[rows])
-        reads = np.ones(len(rows)) if touches.reads is None else np.nan_to_num(touches.reads, nan=1.0)[rows]
         return cls(
             means=means,
             row_touch=group,
             deviation=touches.readings[rows] - means.readings[group],
-            weight=np.asarray(reads, dtype=np.float64),
+            weight=reads_of_rows(touches)[rows],
             time_s=time_s[rows],
             held_s=held_s[rows],
             unit=unit,

@@ -10,6 +10,7 @@ from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.averages import average
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
+from bayestouch.data.sample_rows import reads_of_rows
 from bayestouch.data.splits import with_calibration
 from bayestouch.data.touches import Touches
 from bayestouch.effects.effect import Setting
@@ -305,7 +306,7 @@ def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
     seen = table.touch[rows & table.in_contact]
     once = len(np.unique(seen)) == len(seen)
     noise = "the noise is that of readings far from the touch, and effects of the noise"
-    if once and (table.reads is None or not (np.nan_to_num(table.reads) > 1).any()):
+    if once and not (reads_of_rows(table) > 1).any():
         out.append(f"no touch was read twice: {noise}, and those that change while a touch is held, cannot be seen")
     elif not once and average(table.select(rows)).repeats_equal:
         out.append(f"the samples of each touch are all equal: {noise} cannot be seen")

@@ -23,6 +23,7 @@ FINGER, PAD = finger.BODY.references, pad.BODY.references
 def table(**changes: Any) -> Any:
     """Touches 3, 3, 1, 2 on a finger; the first row is at rest."""
     values: dict[str, Any] = {
+        "n_rows": 4,
         "touch": np.array([3, 3, 1, 2]),
         "in_contact": np.array([False, True, True, True]),
         "readings": np.array([[NAN, NAN], [1.0, NAN], [2.0, NAN], [3.0, NAN]]),
