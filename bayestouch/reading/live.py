@@ -17,6 +17,8 @@ from bayestouch.output.text import plural, plus_minus
 LEVELS = np.array([0.05, 0.5, 0.95])
 #: Flag of a touch whose mean is nearer to an end of a prior than so many sd.
 CLOSE, AT_AN_END = 3.0, "the location or the load is at an end of its prior"
+#: Flag of a touch whose readings have a larger misfit with less than this probability.
+IMPROBABLE, MISFIT = 1e-4, "the readings fit no touch of this sensor"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,7 +12,7 @@ from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_nodes import Nodes, nodes_of
 from bayestouch.priors.parameters import Prior
 from bayestouch.priors.radius import RadiusOfTips
-from bayestouch.reading.live import AT_AN_END, CLOSE, LEVELS, LiveTouch
+from bayestouch.reading.live import AT_AN_END, CLOSE, IMPROBABLE, LEVELS, MISFIT, LiveTouch
 from bayestouch.reading.mixtures import finer, mixture_quantiles
 from bayestouch.results.tips import ROUND
 
@@ -25,10 +25,8 @@ ROUNDED = 1e-9
 # A grid is replaced if an end has more than the first share of the total mass, or one knot more than the second; range
 # of the new grid, in sd from the mean.
 LEFT_OUT, CROWDED, AGAIN = 2e-3, 0.6, 6.5
-# Flags: probability of a worse misfit; logarithm of an integral over that of its normal approximation, mean over the
-# indenters.
-IMPROBABLE, BENT = 1e-4, 0.3
-MISFIT = "the readings fit no touch of this sensor"
+# Flag: logarithm of an integral over that of its normal approximation, mean over the indenters.
+BENT = 0.3
 CUT = "part of the posterior of R is outside the grid"
 NOT_NORMAL = "location and load are not nearly normal for a given indenter"
 TOO_FEW = "readings and load are fewer than the unknowns"
