@@ -35,6 +35,10 @@ from bayestouch.body.finger import surface_displacement_response
 from bayestouch.contact.model import checked_body
 from bayestouch.errors import InputError
 
+# Singular values below this share of the largest are omitted. With the zero-pressure rows none is; without them the
+# smallest is zero up to rounding.
+RELATIVE_CUTOFF = 1e-6
+
 
 @dataclass(frozen=True, eq=False)
 class SlopeMap:
@@ -110,7 +114,7 @@ class SlopeMap:
         """Singular values of S with the zero-pressure rows, largest first; weight 0 for S alone."""
         return np.asarray(np.linalg.svd(self._stacked(outside_weight), compute_uv=False))
 
-    def pressure(self, slope: ArrayLike, *, outside_weight: float = 1.0, relative_cutoff: float = 1e-6) -> FloatArray:
+    def pressure(self, slope: ArrayLike, *, outside_weight: float = 1.0) -> FloatArray:
         """Pressure coefficients p of a contact with given slopes: the truncated singular value inverse.
 
         Parameters
@@ -120,8 +124,6 @@ class SlopeMap:
         outside_weight : float
             Weight of the zero-pressure rows relative to the slope rows; 0 omits them (see the module
             description).
-        relative_cutoff : float
-            Singular values below this fraction of the largest are omitted. With the zero-pressure rows none is.
 
         Returns
         -------
@@ -135,7 +137,7 @@ class SlopeMap:
             left, values, right = self._decomposed
         else:
             left, values, right = np.linalg.svd(self._stacked(outside_weight), full_matrices=False)
-        keep = values > relative_cutoff * values[0]
+        keep = values > RELATIVE_CUTOFF * values[0]
         return np.asarray(right[keep].T @ (left[:, keep].T @ rows / values[keep]))
 
     def load_over_modulus(self, pressure: FloatArray) -> float:
