@@ -13,7 +13,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.pad.reading.live_effects import PadStream
 from bayestouch.pad.reading.live_grid import NODES, Region
-from bayestouch.pad.reading.live_nodes import OnePadTouch, PadNodes, TrueLoads, pad_nodes
+from bayestouch.pad.reading.live_nodes import OnePadTouch, PadNodes, TrueLoadTable, pad_nodes
 from bayestouch.pad.reading.live_search import ELSEWHERE, Rough, Search
 from bayestouch.pad.reading.touch_reader import PadTouchReader
 from bayestouch.reading.live import AT_AN_END, CLOSE, IMPROBABLE, LEVELS, MISFIT, HeldTouch, LiveTouch
@@ -78,10 +78,10 @@ class PadLive:
         return Search(self.reader.sampler.reader, self.reader.sampler.lattice)
 
     @cached_property
-    def _true_loads(self) -> TrueLoads | None:
+    def _true_loads(self) -> TrueLoadTable | None:
         """True loads of the calibration; None without effects."""
         effects = self.reader.effects
-        return None if effects is None else TrueLoads.of(effects, self.reader.calibrated_load)
+        return None if effects is None else TrueLoadTable.of(effects, self.reader.calibrated_load)
 
     def read(
         self, touch: HeldTouch, near: Rough | None = None, stream: PadStream | None = None

@@ -68,7 +68,7 @@ class OnePadTouch:
 
 
 @dataclass(frozen=True, eq=False)
-class TrueLoads:
+class TrueLoadTable:
     """True loads that effects of the contact turn into acting loads, as a table.
 
     Attributes
@@ -86,7 +86,7 @@ class TrueLoads:
     sd: float
 
     @classmethod
-    def of(cls, effects: PadEffects, calibrated_load: FloatArray) -> TrueLoads:
+    def of(cls, effects: PadEffects, calibrated_load: FloatArray) -> TrueLoadTable:
         """From the effects of a calibration and the acting loads of its touches (n,)."""
         acting = effects.load_grid
         true = effects.pressing(acting)
@@ -216,7 +216,7 @@ class _Places:
 
 
 def pad_nodes(
-    reader: PadReader, region: Region, touch: OnePadTouch, about: float, true_loads: TrueLoads | None
+    reader: PadReader, region: Region, touch: OnePadTouch, about: float, true_loads: TrueLoadTable | None
 ) -> PadNodes:
     """Integrals over the load at the locations of a region.
 
@@ -230,7 +230,7 @@ def pad_nodes(
         The touch.
     about : float
         Load from which the search for the mode starts, N.
-    true_loads : TrueLoads or None
+    true_loads : TrueLoadTable or None
         The loads that are stated, where effects make them differ from those that act; None without effects.
     """
     location, weights, ends = region.nodes()
@@ -252,7 +252,7 @@ def pad_nodes(
 
 
 def _stated(
-    reader: PadReader, touch: OnePadTouch, true_loads: TrueLoads | None, felt: FloatArray, log: FloatArray
+    reader: PadReader, touch: OnePadTouch, true_loads: TrueLoadTable | None, felt: FloatArray, log: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean and variance of the load that is stated for felt loads (..., n), and their log densities with its prior.
 
