@@ -22,7 +22,8 @@ from bayestouch.sampling.sampler import ArraySampler
 WALKERS, BURN_IN, STEPS, THIN = 32, 200, 400, 5
 # Range of log τ in which walkers start: between a hundredth of the sd of the default prior and this sd.
 START = np.log(0.01), 0.0
-# Random values of a coordinate for each of the 2,560 draws: of independent draws the 2.5 % quantile would vary by 1 % of an sd.
+# Random values of a coordinate for each of the 2,560 draws: if all were independent, their 2.5 % quantile would vary by
+# 1 % of an sd.
 EACH = 20
 
 
