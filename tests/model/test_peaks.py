@@ -76,7 +76,9 @@ def test_noise_is_what_effects_leave_within_touches(monkeypatch: pytest.MonkeyPa
     noise = SimpleNamespace(sd=np.array([0.5, 0.3, 0.5]))
     noise.with_ = lambda **changes: SimpleNamespace(**changes)
     linear = SimpleNamespace(deviation_jacobian=np.zeros((6, 1)), deviation=np.nan_to_num(deviation))
-    fitted: Any = SimpleNamespace(noise=noise, linear=linear, model=SimpleNamespace(known=known), vector=0, drifts=())
+    fitted: Any = SimpleNamespace(
+        noise=noise, linear=linear, model=SimpleNamespace(load_noise=None, known=known), vector=0, drifts=()
+    )
     monkeypatch.setattr(peaks, "fit_with_own_peaks", lambda model, vector, noise, drifts: noise)
     # (4 + 4)/(3 - 1) = 4: twice the noise; the element that was not read keeps its own.
     np.testing.assert_allclose(peaks.settled(fitted).sd, [1.0, 0.3, 0.5 * np.sqrt(10 / 3)])
