@@ -299,13 +299,13 @@ def step_within(
         step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free])
         left = slope - even @ step
         more = leaving(step / scale) & ~held
-        # One that left only because another did: with that one fixed, what is maximised increases inwards. Each is
+        # One that left only because another did: with that one fixed, what is maximised increases off the bound. Each is
         # released once at most, so that rounding cannot make the loop endless.
-        inwards = held & ~leaving(left) & ~released
+        wrongly = held & ~leaving(left) & ~released
         if more.any():
             held |= more
-        elif inwards.any():
-            first = int(np.argmax(np.where(inwards, np.abs(left), -1.0)))
+        elif wrongly.any():
+            first = int(np.argmax(np.where(wrongly, np.abs(left), -1.0)))
             held[first], released[first] = False, True
         else:
             return step / scale, held
