@@ -299,7 +299,7 @@ def step_within(
         step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free])
         left = slope - even @ step
         more = leaving(step / scale) & ~held
-        # One that left only because another did: with that one fixed, what is maximised increases off the bound. Each is
+        # One that left only because another did: with that one fixed, it increases off the bound. Each is
         # released once at most, so that rounding cannot make the loop endless.
         wrongly = held & ~leaving(left) & ~released
         if more.any():
