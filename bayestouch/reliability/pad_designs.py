@@ -57,6 +57,7 @@ def pad_design_maps(
     *,
     places: Sequence[float] = PLACES,
     samples: int = 1,
+    use_load: bool = False,
     seed: int = 0,
 ) -> PadDesignMaps:
     """Reliability of a pad as a function of one quantity of its design.
@@ -77,6 +78,8 @@ def pad_design_maps(
         Distances from the element in the middle (0) up to halfway to its nearest neighbour (0.5), spacings.
     samples : int
         Samples averaged in each touch.
+    use_load : bool
+        Whether the force sensor is read.
     seed : int
         Seed of the simulated calibrations.
 
@@ -93,7 +96,7 @@ def pad_design_maps(
             simulate(replace(each, n_touches=1), seed=seed).dataset, kernel="layer", empirical=False, draws=8
         )
         reader = PadReader.from_calibration(calibration)
-        spots.append(pad_spots(reader, pad_places(each, places), reads=samples))
+        spots.append(pad_spots(reader, pad_places(each, places), reads=samples, use_load=use_load))
     return PadDesignMaps(vary, wanted, designs, np.asarray(places, dtype=float), tuple(spots))
 
 

@@ -13,6 +13,9 @@ from bayestouch.output.summary import Summarised, span
 from bayestouch.output.text import number, plural
 from bayestouch.pad.reading.reader import PadReader
 
+# A force sensor that is averaged without end, as a share of the load: the precision of an exact load is no number.
+_EXACT_LOAD = 1e-6
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PadSpots(Summarised):
@@ -54,7 +57,14 @@ class PadSpots(Summarised):
         ]
 
 
-def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = None, reads: float = 1) -> PadSpots:
+def pad_spots(
+    reader: PadReader,
+    location: ArrayLike,
+    *,
+    load: float | None = None,
+    reads: float = 1,
+    use_load: bool = True,
+) -> PadSpots:
     """Maps of the expected location errors of a calibrated pad.
 
     The errors are those about the place of the touch. If another place gives nearly the same readings, such as the
@@ -70,6 +80,8 @@ def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = No
         Load in the unit of the calibration; by default the mean of the calibration.
     reads : float
         Number of raw readings averaged in each touch; inf for what remains however many are averaged.
+    use_load : bool
+        Whether the force sensor is read. It makes no difference where the calibration measured no loads.
 
     Raises
     ------
@@ -77,7 +89,7 @@ def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = No
         If the number of coordinates is not that of the pad, `load` is not above zero, or `reads` is below 1.
     """
     where = _places(reader, location)
-    found = _weights(reader, where, load, reads)
+    found = _weights(reader, where, load, reads, use_load)
     own = found.weights**2
     return PadSpots(
         location=where,
@@ -89,7 +101,13 @@ def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = No
 
 
 def pad_known_bias(
-    reader: PadReader, better: PadReader, location: ArrayLike, *, load: float | None = None, reads: int = 1
+    reader: PadReader,
+    better: PadReader,
+    location: ArrayLike,
+    *,
+    load: float | None = None,
+    reads: float = 1,
+    use_load: bool = True,
 ) -> FloatArray:
     """Signed bias of locations inferred with one model, if another model predicts readings better; (n, D) mm.
 
@@ -99,12 +117,12 @@ def pad_known_bias(
         Model that is used for the estimates, such as a kernel alone.
     better : PadReader
         Model that predicts the readings better, such as the kernel with its empirical map.
-    location, load, reads
+    location, load, reads, use_load
         As in `pad_spots`.
     """
     where = _places(reader, location)
     push = reader.load if load is None else load
-    weights = _weights(reader, where, load, reads).weights
+    weights = _weights(reader, where, load, reads, use_load).weights
     loads = np.full(len(where), push)
     readings = [each.map.offset + push * each.map.at(where, loads)[0] for each in (reader, better)]
     missed = np.where(reader.usable, readings[1] - readings[0], 0.0)
@@ -129,7 +147,7 @@ class _Weights:
     noise, calibration : (n, m) array
         Variance of each reading from noise, and from the calibration.
     of_none : (n, D) array
-        Variance of the location from the errors of the load and of the prior of the place.
+        Variance of the location from the errors of the felt load and of the prior of the place.
     """
 
     weights: FloatArray
@@ -138,7 +156,7 @@ class _Weights:
     of_none: FloatArray
 
 
-def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: float) -> _Weights:
+def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: float, use_load: bool) -> _Weights:
     if load is not None and not 0 < load < np.inf:
         raise InputError(f"load: expected above zero, got {load:g}")
     if not reads >= 1:
@@ -154,7 +172,16 @@ def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: fl
     information = (jacobian / total[:, None]) @ jacobian.swapaxes(1, 2)
     # Never singular, because the prior of the location is limited to the calibrated region.
     width = reader.map.high - reader.map.low
-    prior = np.append(12 / width**2, reader.load_sd**-2.0)
-    covariance = np.linalg.inv(information + np.diag(prior))[:, :-1]
+    prior = np.tile(np.append(12 / width**2, 0.0), (len(where), 1))
+    prior[:, -1] = _felt_load_sd(reader, push, reads, use_load) ** -2.0
+    covariance = np.linalg.inv(information + prior[:, None] * np.eye(prior.shape[1]))[:, :-1]
     weights = covariance @ (jacobian / total[:, None])
-    return _Weights(weights, noise, calibration, of_none=(covariance**2) @ prior)
+    return _Weights(weights, noise, calibration, of_none=np.einsum("ndk,nk->nd", covariance**2, prior))
+
+
+def _felt_load_sd(reader: PadReader, load: FloatArray, reads: float, use_load: bool) -> FloatArray:
+    """Standard deviation of felt loads (n,) (see `PadTouches`) before the elements are read."""
+    sd = np.full(len(load), reader.load_sd)
+    if use_load and reader.load_measured:
+        sd = reader.measured_load_sd(load, np.full(len(load), reads))
+    return np.maximum(np.hypot(sd, reader.noise.load_scatter), _EXACT_LOAD * load)

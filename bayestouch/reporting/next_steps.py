@@ -82,8 +82,11 @@ def _lasting(places: dict[str, Any], found: dict[str, Any] | None) -> tuple[str,
         what = f"{'Read in the diagnosis' if searched else 'Find with bayestouch diagnose'} what the model lacks"
         why = f"the error of the model ({percent(of_model)} %): more calibration touches would change little"
         return what, why
-    what = "Measure the load of each touch, or place elements nearer to each other"
-    return what, f"that the readings do not tell load and place ({percent(of_neither)} %)"
+    load = "Measure the load with less noise" if places["use_load"] else "Measure the load of each touch"
+    return (
+        f"{load}, or place elements nearer to each other",
+        f"that the readings do not tell load and place ({percent(of_neither)} %)",
+    )
 
 
 def _sampler(trust: dict[str, Any]) -> list[dict[str, str]]:

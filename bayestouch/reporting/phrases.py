@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from bayestouch.output.text import fixed, number, percent
@@ -22,6 +23,11 @@ def in_spacings(error: float, spacing: float) -> str:
     if error > 0.4 * spacing:
         return f"{number(error / spacing, 2)} times the element spacing"
     return f"1/{fixed(spacing / error, 0)} of the element spacing"
+
+
+def with_load(places: Mapping[str, Any]) -> str:
+    """Text that says whether touches have a measured load, from the numbers of the places."""
+    return f"{'with' if places['use_load'] else 'without'} a measured load"
 
 
 def load_error(load: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:

@@ -23,6 +23,12 @@ def typical_reads(evidence: Evidence) -> int:
     return _median(evidence.posteriors.rows.counts)
 
 
+def load_is_read(evidence: Evidence) -> bool:
+    """Whether a typical touch has a measured load."""
+    measured = np.isfinite(evidence.posteriors.rows.load)
+    return bool(len(measured) and measured.mean() >= 0.5)
+
+
 def _median(reads: FloatArray) -> int:
     """Median of the numbers above zero as a whole number, at least 1."""
     return int(max(np.median(reads[reads > 0]), 1)) if (reads > 0).any() else 1

@@ -347,15 +347,21 @@ def test_what_limits_the_estimates(shared: float, begin: str, words: str) -> Non
 def test_more_calibration_touches_are_no_advice_against_model_error(
     of_calibration: float, of_model: float, found: dict[str, Any] | None, what: str, why: str
 ) -> None:
-    parts = {"calibration_percent": of_calibration, "model_percent": of_model, "samples": 4}
+    parts = {"calibration_percent": of_calibration, "model_percent": of_model, "samples": 4, "use_load": False}
     (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "radius", found)
     assert step["what"].startswith(what) and f"the largest part of that is {why}" in step["why"]
     # and beside noise that weighs as much, with half of each part
-    halves = {"calibration_percent": of_calibration / 2, "model_percent": of_model / 2, "samples": 4}
+    halves = parts | {"calibration_percent": of_calibration / 2, "model_percent": of_model / 2}
     (both,) = next_steps._limit({"shared_percent": 40.0, **halves}, "radius", found)
     assert both["what"].startswith(
         f"Average more samples of each touch (now 4 samples a touch) and {what[0].lower()}{what[1:]}"
     )
+
+
+def test_a_load_that_is_measured_is_to_be_measured_better() -> None:
+    parts = {"calibration_percent": 5.0, "model_percent": 15.0, "samples": 4, "use_load": True}
+    (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "location", None)
+    assert step["what"] == "Measure the load with less noise, or place elements nearer to each other"
 
 
 def test_what_to_do_about_the_sampler() -> None:

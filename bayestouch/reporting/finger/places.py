@@ -10,7 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.data.sensor import Finger, finger_of
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.places import place_at, rounded_columns, typical_reads, typical_samples
+from bayestouch.reporting.places import load_is_read, place_at, rounded_columns, typical_reads, typical_samples
 
 #: Tips for the prediction if the touches do not state their tips, r_c in mm.
 TIPS = (0.0, 1.0, 3.0, 10.0, np.inf)
@@ -34,7 +34,8 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     angle = np.linspace(elements[0] - pitch / 2, elements[-1] + pitch / 2, _ALONG)
     tips = known_indenters(evidence.posteriors.rows.radius_mm)
     tips = np.array(TIPS) if len(tips) < 2 else tips
-    touches: Any = {"samples": reads, "use_load": _load_is_read(evidence, known.n_elements)}
+    # Two elements read no touch without a measured load.
+    touches: Any = {"samples": reads, "use_load": known.n_elements < _UNKNOWNS or load_is_read(evidence)}
     spots = sweet_spots(known, tips, angle, **touches)
     threshold = threshold_radii(known, angle, **touches)
     right = distinguished(known, tips, angle, **touches)
@@ -68,12 +69,6 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "threshold_mm": {"lowest": _least(threshold), "highest": _most(threshold)},
         "nowhere_percent": float(100 * np.isnan(threshold).mean()),
     }
-
-
-def _load_is_read(evidence: Evidence, n_elements: int) -> bool:
-    """Whether a typical touch has a measured load; two elements read no touch without one."""
-    measured = np.isfinite(evidence.posteriors.rows.load)
-    return bool(n_elements < _UNKNOWNS or (len(measured) and measured.mean() >= 0.5))
 
 
 def _body(finger: Finger) -> dict[str, float]:

@@ -10,6 +10,7 @@ from bayestouch.data.sensor import Finger, finger_of
 from bayestouch.output.pictures import BLUE, GREY, ORANGE, ORDERED, Picture, canvas, drawing, legend_below, rendered
 from bayestouch.output.text import fixed, number
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.phrases import with_load
 from bayestouch.reporting.places import PREDICTED
 
 
@@ -38,8 +39,8 @@ def sensor_picture(evidence: Evidence, numbers: dict[str, Any]) -> Picture:
         "Where the finger reads well",
         PREDICTED
         + "Left: the finger in section, rubber on its core, with the error of R in colour around the surface and "
-        f"the elements as triangles. Right: the same with its parts, for touches of {places['samples']} samples, rms "
-        "over the tips.",
+        f"the elements as triangles. Right: the same with its parts, for touches of {places['samples']} samples "
+        f"{with_load(places)}, rms over the tips.",
         "Section of the finger with the error to expect of R around its surface: from "
         f"{number(best['R_error_mm'], 2)} mm at {fixed(best['angle_deg'], 0)}° to "
         f"{number(worst['R_error_mm'], 2)} mm at {fixed(worst['angle_deg'], 0)}°.",

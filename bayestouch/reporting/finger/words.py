@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.output.text import fixed, listed, number, percent, plural
-from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row
+from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row, with_load
 
 
 def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
@@ -100,14 +100,11 @@ def _where(places: dict[str, Any]) -> dict[str, str]:
     best, worst = places["best"], places["worst"]
     short = f"Best at θ = {fixed(best['angle_deg'], 0)}°, worst at {fixed(worst['angle_deg'], 0)}°"
     reason = (
-        f"Predicted from the calibration, {_load(places)}: the error of R is {number(best['R_error_mm'], 2)} mm rms at "
-        f"the best location and {number(worst['R_error_mm'], 2)} mm at the worst, within half a pitch of the elements."
+        f"Predicted from the calibration, for touches {with_load(places)}: the error of R is "
+        f"{number(best['R_error_mm'], 2)} mm rms at the best location and "
+        f"{number(worst['R_error_mm'], 2)} mm at the worst, within half a pitch of the elements."
     )
     return verdict_row("Where?", short, reason)
-
-
-def _load(places: dict[str, Any]) -> str:
-    return f"for touches {'with' if places['use_load'] else 'without'} a measured load"
 
 
 def _smallest(numbers: dict[str, Any]) -> dict[str, str]:

@@ -8,14 +8,17 @@ import numpy as np
 
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.pad.locations import element_places
-from bayestouch.reporting.places import place_at, rounded_columns, typical_reads, typical_samples
+from bayestouch.reporting.places import load_is_read, place_at, rounded_columns, typical_reads, typical_samples
 
 # Number of steps along a line, and along each side of a plane.
 _ALONG, _ACROSS = 121, 41
 
 
 def about_places(evidence: Evidence) -> dict[str, Any]:
-    """Expected location errors over the pad, with the part that averaging lowers and the part that stays."""
+    """Expected location errors over the pad, with the part that averaging lowers and the part that stays.
+
+    They are those of touches like the ones that were read: with a measured load if most of these have one.
+    """
     from bayestouch.pad.reading.reader import PadReader
     from bayestouch.reliability import pad_spots
 
@@ -23,7 +26,10 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     low, high = np.asarray(reader.map.low), np.asarray(reader.map.high)
     axes = [np.linspace(a, b, _ALONG if len(low) == 1 else _ACROSS) for a, b in zip(low, high, strict=True)]
     where = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
-    spots, lasting = (pad_spots(reader, where, reads=reads) for reads in (typical_reads(evidence), np.inf))
+    use_load = reader.load_measured and load_is_read(evidence)
+    spots, lasting = (
+        pad_spots(reader, where, reads=reads, use_load=use_load) for reads in (typical_reads(evidence), np.inf)
+    )
     places = element_places(evidence)
     inside = ((where >= places.min(axis=0)) & (where <= places.max(axis=0))).all(axis=1)
     within = "the array of elements" if inside.any() else "the calibrated region"
@@ -43,6 +49,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     rows = np.flatnonzero(inside)
     return {
         "body": "pad",
+        "use_load": use_load,
         "samples": typical_samples(evidence),
         "size_mm": {axis: float(b - a) for axis, a, b in zip("xy", low, high, strict=False)},
         "by_location": rounded_columns(columns),

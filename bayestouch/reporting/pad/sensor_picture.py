@@ -9,6 +9,7 @@ import numpy as np
 from bayestouch.output.pictures import GREY, ORDERED, Picture, canvas, drawing, legend_below, rendered
 from bayestouch.output.text import fixed, number
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.phrases import with_load
 from bayestouch.reporting.places import PREDICTED
 
 
@@ -39,8 +40,8 @@ def sensor_picture(evidence: Evidence, numbers: dict[str, Any]) -> Picture:
         "places",
         "Where the pad reads well",
         PREDICTED
-        + "Standard deviation of the location with noise, model error and what the calibration leaves open; elements "
-        "as triangles.",
+        + "Standard deviation of the location with noise, model error and what the calibration leaves open, for "
+        f"touches {with_load(places)}; elements as triangles.",
         f"The pad with the error of the location to expect: within {places['within']} from "
         f"{number(best['error_mm'], 2)} mm at x = {fixed(best['x_mm'], 1)} mm to "
         f"{number(worst['error_mm'], 2)} mm at x = {fixed(worst['x_mm'], 1)} mm.",

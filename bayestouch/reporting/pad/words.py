@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.output.text import fixed, number, percent, plural
-from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row
+from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row, with_load
 
 # Percentage of touches with several separate places from which predicted errors are said to be those about one place.
 _MOSTLY = 50.0
@@ -60,7 +60,8 @@ def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
     places, several = numbers["places"], numbers["estimates"]["several_modes_percent"]
     best, worst = places["best"], places["worst"]
     reason = (
-        f"Predicted from the calibration: location to {number(best['error_mm'], 2)} mm at the best place and "
+        f"Predicted from the calibration, for touches {with_load(places)}: location to "
+        f"{number(best['error_mm'], 2)} mm at the best place and "
         f"{number(worst['error_mm'], 2)} mm at the worst, within {places['within']}."
     )
     if several >= _MOSTLY:

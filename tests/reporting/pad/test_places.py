@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,10 +21,12 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
 
     The root mean square over 30, 31 … 90 mm is written out.
     """
-    reader = SimpleNamespace(map=SimpleNamespace(low=[0.0], high=[120.0]))
+    reader = SimpleNamespace(map=SimpleNamespace(low=[0.0], high=[120.0]), load_measured=True)
+    rows = SimpleNamespace(load=np.array([5.0, np.nan]))
+    evidence: Any = SimpleNamespace(calibration=None, posteriors=SimpleNamespace(rows=rows))
 
-    def spots(_reader: Any, where: np.ndarray, *, reads: float) -> SimpleNamespace:
-        assert reads in (4, np.inf)
+    def spots(_reader: Any, where: np.ndarray, *, reads: float, use_load: bool) -> SimpleNamespace:
+        assert reads in (4, np.inf) and use_load
         sd = where / 10 * (1.0 if reads == 4 else 0.8)
         return SimpleNamespace(sd=sd[:, 0], bias_rms=0.5 * sd, of_none=0.25 * sd**2)
 
@@ -33,9 +35,9 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
     monkeypatch.setattr(places, "element_places", lambda _evidence: np.array([[30.0], [90.0]]))
     monkeypatch.setattr(places, "typical_samples", lambda _evidence: 20)
     monkeypatch.setattr(places, "typical_reads", lambda _evidence: 4)
-    found = places.about_places(cast(Any, SimpleNamespace(calibration=None)))
+    found = places.about_places(evidence)
     assert (found["best"]["x_mm"], found["worst"]["x_mm"]) == pytest.approx((30.0, 90.0))
-    assert found["within"] == "the array of elements" and found["samples"] == 20
+    assert found["within"] == "the array of elements" and found["samples"] == 20 and found["use_load"]
     assert found["inside_rms_mm"] == pytest.approx(np.sqrt(np.mean(np.arange(30, 91) ** 2)) / 10)
     # a standard deviation of 0.8 of the error is left of infinitely many samples
     assert found["shared_percent"] == pytest.approx(64.0)
@@ -46,7 +48,7 @@ def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytes
     np.testing.assert_allclose(columns["noise_mm"], 0.06 * columns["x_mm"], rtol=1e-4)
     # between two steps there is no place that is inside of the array
     monkeypatch.setattr(places, "element_places", lambda _evidence: np.array([[30.5]]))
-    found = places.about_places(cast(Any, SimpleNamespace(calibration=None)))
+    found = places.about_places(evidence)
     assert found["within"] == "the calibrated region"
     assert (found["best"]["x_mm"], found["worst"]["x_mm"]) == pytest.approx((0.0, 120.0))
 
@@ -60,7 +62,8 @@ def test_errors_that_no_averaging_lowers_are_no_noise() -> None:
     assert dataset.calibration is not None
     once = replace(dataset, calibration=dataset.calibration.select(dataset.calibration.sample == 0))
     calibration = bayestouch.calibrate(once, kernel="gaussian", e_map="model", draws=8)
-    posteriors = bayestouch.infer(dataset.touches, calibration, draws=64)
+    # Averaging lowers the error of a measured load, too.
+    posteriors = bayestouch.infer(dataset.touches, calibration, draws=64, use_load=False)
     evidence: Any = SimpleNamespace(sensor=dataset.sensor, calibration=calibration, posteriors=posteriors)
     found = places.about_places(evidence)
     assert found["shared_percent"] == pytest.approx(100.0) and max(found["by_location"]["noise_mm"]) < 1e-5
@@ -70,8 +73,31 @@ def test_errors_that_no_averaging_lowers_are_no_noise() -> None:
     where = np.stack([noisy["by_location"][name] for name in ("x_mm", "y_mm")], axis=1)
     without = replace(calibration, noise=replace(noise, tactile_sd=np.zeros(3)))
     now, later = (
-        pad_spots(PadReader.from_calibration(each), where, reads=2).sd for each in (evidence.calibration, without)
+        pad_spots(PadReader.from_calibration(each), where, reads=2, use_load=False).sd
+        for each in (evidence.calibration, without)
     )
     inside = ((where >= noisy["elements_mm"].min(axis=0)) & (where <= noisy["elements_mm"].max(axis=0))).all(axis=1)
     stays = 100 * np.mean(later[inside] ** 2) / np.mean(now[inside] ** 2)
     assert 5 < stays < 95 and noisy["shared_percent"] == pytest.approx(stays)
+
+
+@pytest.mark.parametrize(
+    ("measured", "load", "used"),
+    [(True, [5.0, np.nan, np.nan], False), (True, [np.nan, 5.0], True), (False, [5.0], False)],
+)
+def test_the_load_is_read_if_most_touches_have_one(
+    measured: bool, load: list[float], used: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader = SimpleNamespace(map=SimpleNamespace(low=[0.0], high=[120.0]), load_measured=measured)
+    n = len(load)
+    rows = SimpleNamespace(load=np.array(load), counts=np.ones((n, 1)), samples=np.ones(n))
+    evidence: Any = SimpleNamespace(calibration=None, posteriors=SimpleNamespace(rows=rows))
+
+    def spots(_reader: Any, where: np.ndarray, *, reads: float, use_load: bool) -> SimpleNamespace:
+        assert use_load is used
+        return SimpleNamespace(sd=np.ones(len(where)), bias_rms=np.ones(where.shape), of_none=np.zeros(where.shape))
+
+    monkeypatch.setattr(PadReader, "from_calibration", lambda _calibration: reader)
+    monkeypatch.setattr("bayestouch.reliability.pad_spots", spots)
+    monkeypatch.setattr(places, "element_places", lambda _evidence: np.array([[30.0], [90.0]]))
+    assert places.about_places(evidence)["use_load"] is used

@@ -67,10 +67,10 @@ def test_load_and_missing_references() -> None:
 
 def test_where() -> None:
     best, worst = {"x_mm": 1.24, "y_mm": -3.0, "error_mm": 0.123}, {"x_mm": 9.96, "error_mm": 4.56}
-    places = {"best": best, "worst": worst, "within": "the calibrated region"}
+    places = {"best": best, "worst": worst, "within": "the calibrated region", "use_load": True}
     predicted = (
-        "Predicted from the calibration: location to 0.12 mm at the best place and 4.6 mm at the worst, within the "
-        "calibrated region."
+        "Predicted from the calibration, for touches with a measured load: location to 0.12 mm at the best place and "
+        "4.6 mm at the worst, within the calibrated region."
     )
     for several, more in (
         (49.0, ""),
@@ -82,3 +82,5 @@ def test_where() -> None:
         (row_,) = own_answers({"places": places, "estimates": {"several_modes_percent": several}})
         assert row_["short"] == "Best at x = 1.2, y = −3.0 mm, worst at x = 10.0 mm"
         assert row_["reason"] == predicted + more
+    (row_,) = own_answers({"places": places | {"use_load": False}, "estimates": {"several_modes_percent": 0.0}})
+    assert "for touches without a measured load: " in row_["reason"]
