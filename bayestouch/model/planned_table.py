@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,8 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
 
     The number of samples of a touch is that of its rows, each with its `reads`. Their means have the noise of a rest
     reading like that of the calibration touches, if these have rest readings of their own. Loads are as the force
-    sensor reads them. A load that is not stated is the mean load of the calibration, or 1 if none was measured.
+    sensor reads them: with each sample, or as often in a touch as in those of the calibration. A load that is not
+    stated is the mean load of the calibration, or 1 if none was measured.
     Readings are zero, and NaN for an element without readings in the calibration.
 
     Raises
@@ -51,7 +53,8 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
     load = np.where(np.isnan(means.load), 1.0 if np.isnan(usual) else usual, means.load)
     rest_reads = np.tile(_own_rest_reads(rows), (means.n_touches, 1))
     planned = one_row_each(means, touch=np.arange(means.n_touches), load=load, rest_reads=rest_reads, **others)
-    return planned.averaged()
+    out, load_reads = planned.averaged(), rows.usual_load_reads
+    return out if load_reads is None else replace(out, load_reads=np.minimum(load_reads, out.samples))
 
 
 def _own_rest_reads(rows: TouchRows) -> FloatArray:

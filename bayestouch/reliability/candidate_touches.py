@@ -43,7 +43,8 @@ def candidate_touches(
         calibration.
     samples : int, optional
         Samples that are averaged in a touch; by default the median of the calibration, rounded.
-        Where the calibration touches have rest readings of their own, planned touches have such a one, too.
+        Where the calibration touches have rest readings of their own, planned touches have such a one, too. Where they
+        have one load each, planned touches have one reading of the force sensor, too.
 
     Returns
     -------

@@ -203,6 +203,8 @@ class KnownFinger(Summarised):
         Typical load of a touch, N/m.
     largest_load : float
         Largest load for which the contact is tabulated, N/m.
+    load_reads : float, optional
+        Number of readings of the force sensor in a touch; by default one with each sample.
     """
 
     chain: CalibratedFinger
@@ -210,10 +212,13 @@ class KnownFinger(Summarised):
     errors: CalibrationErrors | None
     typical_load: float
     largest_load: float = np.inf
+    load_reads: float | None = None
 
     @classmethod
     def of(cls, calibration: Calibration) -> KnownFinger:
         """Finger from a calibration, with a modelled or an identified E map, or with functions of place.
+
+        The force sensor is read as often in a touch as in those of the calibration.
 
         Raises
         ------
@@ -227,7 +232,11 @@ class KnownFinger(Summarised):
                 "to touch; bayestouch.next_touches plans touches with such a calibration"
             )
         elastic = finger_chain(calibration)
-        loads = float(calibration.settings["typical_load"]), float(calibration.settings.get("largest_load", np.inf))
+        loads = (
+            float(calibration.settings["typical_load"]),
+            float(calibration.settings.get("largest_load", np.inf)),
+            calibration.rows.usual_load_reads,
+        )
         if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
             return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), *loads)
@@ -274,7 +283,7 @@ class KnownFinger(Summarised):
 
     def load_sd(self, samples: int, use_load: bool) -> float:
         """Standard error of the measured load, N/m; inf if it is not used or there is no force sensor."""
-        sd = float(self.noise.mean_load_sd(samples))
+        sd = float(self.noise.mean_load_sd(samples if self.load_reads is None else self.load_reads))
         return sd if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
 
     def check_unknowns(self, use_load: bool) -> None:

@@ -79,7 +79,8 @@ def pad_spots(
     load : float, optional
         Load in the unit of the calibration; by default the mean of the calibration.
     reads : float
-        Number of raw readings averaged in each touch; inf for what remains however many are averaged.
+        Number of raw readings averaged in each touch; inf for what remains however many are averaged. The force sensor
+        is read as often, or `reader.load_reads` times.
     use_load : bool
         Whether the force sensor is read. It makes no difference where the calibration measured no loads.
 
@@ -183,5 +184,6 @@ def _felt_load_sd(reader: PadReader, load: FloatArray, reads: float, use_load: b
     """Standard deviation of felt loads (n,) (see `PadTouches`) before the elements are read."""
     sd = np.full(len(load), reader.load_sd)
     if use_load and reader.load_measured:
-        sd = reader.measured_load_sd(load, np.full(len(load), reads))
+        load_reads = reads if reader.load_reads is None else reader.load_reads
+        sd = reader.measured_load_sd(load, np.full(len(load), load_reads))
     return np.maximum(np.hypot(sd, reader.noise.load_scatter), _EXACT_LOAD * load)

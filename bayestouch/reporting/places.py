@@ -23,6 +23,12 @@ def typical_reads(evidence: Evidence) -> int:
     return _median(evidence.posteriors.rows.counts)
 
 
+def typical_load_reads(evidence: Evidence) -> int:
+    """Median number of reads of the force sensor in a touch with a measured load."""
+    rows = evidence.posteriors.rows
+    return _median(rows.load_reads[np.isfinite(rows.load)])
+
+
 def load_is_read(evidence: Evidence) -> bool:
     """Whether a typical touch has a measured load."""
     measured = np.isfinite(evidence.posteriors.rows.load)

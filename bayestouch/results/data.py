@@ -58,6 +58,13 @@ class TouchRows(Summarised):
     samples: FloatArray
     load_reads: FloatArray
 
+    @property
+    def usual_load_reads(self) -> float | None:
+        """Median number of reads of the force sensor in a touch; None if most touches have one with each sample."""
+        known = np.isfinite(self.load)
+        fewer = known & (self.load_reads < self.samples)
+        return float(np.median(self.load_reads[fewer])) if fewer.sum() > known.sum() / 2 else None
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationData(Summarised):

@@ -41,3 +41,14 @@ def test_planned_touches_without_rest_readings_are_the_mean_of_their_samples(
 ) -> None:
     means = planned_table(bayestouch.candidate_touches(calibration, places=[0.0], tips_mm=[0.0]), calibration)
     np.testing.assert_array_equal(means.counts, [[20.0] * 4])
+
+
+@pytest.mark.parametrize(("reads", "samples", "expected"), [(1.0, 20, 1), (1.0, 5, 1), (4.0, 3, 3), (20.0, 5, 5)])
+def test_a_force_sensor_is_read_as_often_as_in_the_calibration(
+    calibration: bayestouch.Calibration, reads: float, samples: int, expected: int
+) -> None:
+    """Touches of 20 samples in the calibration; with 20 reads of the load there is one with each sample."""
+    rows = replace(calibration.rows, load_reads=np.full(len(calibration.rows.touch), reads))
+    own = replace(calibration, rows=rows)
+    means = planned_table(bayestouch.candidate_touches(own, places=[0.0], tips_mm=[0.0], samples=samples), own)
+    assert (means.reads_of_load[0], means.samples[0]) == (expected, samples)

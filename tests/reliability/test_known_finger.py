@@ -129,3 +129,16 @@ def test_an_estimate_that_there_is_not_is_refused() -> None:
     known = expected_finger(bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0))
     with pytest.raises(bayestouch.InputError, match="unknown estimate 'r'; known are R, theta_c, P"):
         averaging_effort(known, [0.0], (1, 2), name="r")
+
+
+def test_a_load_that_is_stated_once_is_one_reading_of_the_force_sensor() -> None:
+    """The maps of a touch of 4 samples have the error of one reading, or of four with a load for each sample."""
+    one = calibrated("touch")
+    rows = replace(one.rows, load_reads=np.ones(len(one.rows.touch)))
+    each, once = KnownFinger.of(one), KnownFinger.of(replace(one, rows=rows))
+    assert each.load_sd(4, use_load=True) == pytest.approx(one.noise.force_sd / 2)
+    assert once.load_sd(4, use_load=True) == pytest.approx(one.noise.force_sd)
+    # P is read to a precision that the elements and the force sensor add up to.
+    apart = sweet_spots(once, [3.0], [1.0], samples=4, use_load=False).sd("P")[0, 0]
+    expected = (apart**-2 + one.noise.force_sd**-2) ** -0.5
+    assert sweet_spots(once, [3.0], [1.0], samples=4).sd("P")[0, 0] == pytest.approx(expected)

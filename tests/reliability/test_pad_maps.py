@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,6 +73,11 @@ def test_a_measured_load_is_known_as_the_force_sensor_reads_it(
     np.testing.assert_allclose(found, written_out(load_sd, NOISE**2 / 4), rtol=1e-3)
     # beyond the elements it makes the difference
     assert written_out(FORCE_SD / 2, NOISE**2 / 4)[2] < 0.2 * written_out(LOAD_SD, NOISE**2 / 4)[2]
+
+
+def test_a_load_that_is_stated_once_is_one_reading_of_the_force_sensor() -> None:
+    found = pad_spots(replace(reader(), load_reads=1.0), PLACES[:, None], reads=400).sd
+    np.testing.assert_allclose(found, written_out(FORCE_SD, NOISE**2 / 400), rtol=1e-3)
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.1])

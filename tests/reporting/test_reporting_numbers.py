@@ -245,6 +245,8 @@ def test_places() -> None:
     assert (places.typical_samples(made), places.typical_reads(made)) == (20, 4)
     empty = evidence(posteriors=SimpleNamespace(rows=SimpleNamespace(counts=np.zeros((2, 2)), samples=np.zeros(2))))
     assert (places.typical_samples(empty), places.typical_reads(empty)) == (1, 1)
+    rows = SimpleNamespace(load=np.array([5.0, NAN, 5.0, 5.0]), load_reads=np.array([1.0, 20.0, 3.0, 1.0]))
+    assert places.typical_load_reads(evidence(posteriors=SimpleNamespace(rows=rows))) == 1
     assert places.rounded(np.array([[1.234567, np.inf], [-0.00123456789, 12345678.0]])) == [
         [1.2346, None],
         [-0.0012346, 12346000.0],

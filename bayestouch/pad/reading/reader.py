@@ -98,6 +98,8 @@ class PadReader:
         Acting loads, and their change by one standard deviation of each cause at the same true load.
     effects : PadEffects, optional
         Effects that readings and loads are corrected for.
+    load_reads : float, optional
+        Number of readings of the force sensor in a touch to plan; by default one with each sample.
     """
 
     map: PadMap
@@ -109,6 +111,7 @@ class PadReader:
     usable: NDArray[np.bool_]
     changes_of_load: FloatArray | None = None
     effects: PadEffects | None = None
+    load_reads: float | None = None
 
     @classmethod
     def from_calibration(cls, calibration: Calibration, *, plug_in: bool = False) -> PadReader:
@@ -142,6 +145,7 @@ class PadReader:
             usable=np.asarray(calibration.extra[USABLE]) > 0,
             changes_of_load=_changes_of_load(effects) if map_.n_causes else None,
             effects=effects,
+            load_reads=calibration.rows.usual_load_reads,
         )
 
     def measured_load_sd(self, load: FloatArray, reads: FloatArray) -> FloatArray:

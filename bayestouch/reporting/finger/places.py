@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,14 @@ from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.data.sensor import Finger, finger_of
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.places import load_is_read, place_at, rounded_columns, typical_reads, typical_samples
+from bayestouch.reporting.places import (
+    load_is_read,
+    place_at,
+    rounded_columns,
+    typical_load_reads,
+    typical_reads,
+    typical_samples,
+)
 
 #: Tips for the prediction if the touches do not state their tips, r_c in mm.
 TIPS = (0.0, 1.0, 3.0, 10.0, np.inf)
@@ -27,7 +35,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     """
     from bayestouch.reliability import KnownFinger, distinguished, sweet_spots, threshold_radii
 
-    known = KnownFinger.of(evidence.calibration)
+    known = replace(KnownFinger.of(evidence.calibration), load_reads=typical_load_reads(evidence))
     reads = typical_reads(evidence)
     elements = np.sort(np.degrees(known.chain.angle))
     pitch = float(np.median(np.diff(elements))) if len(elements) > 1 else 10.0
@@ -50,6 +58,9 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "told_from_edge_r_c_mm": threshold,
     }
     noise, shared = float(np.mean(columns["R_noise_mm"] ** 2)), float(np.mean(columns["R_shared_mm"] ** 2))
+    # Noise of a load that is not read with each sample stays, too.
+    of_load = spots.noise_sd["R"] ** 2 - spots.noise_by_element["R"].sum(axis=-1)
+    stays = shared + (0.0 if evidence.posteriors.rows.usual_load_reads is None else float(np.mean(of_load)))
     by_calibration = float(np.mean(spots.calibration_rms["R"] ** 2))
     return {
         "body": "finger",
@@ -61,7 +72,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "by_location": rounded_columns(columns),
         "best": place_at(columns, int(error.argmin())),
         "worst": place_at(columns, int(error.argmax())),
-        "shared_percent": 100 * shared / (noise + shared),
+        "shared_percent": 100 * stays / (noise + shared),
         "calibration_percent": 100 * by_calibration / (noise + shared),
         "model_percent": 100 * (shared - by_calibration) / (noise + shared),
         "distinguished_percent": 100 * right.mean(axis=0),

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.pad.locations import element_places
-from bayestouch.reporting.places import load_is_read, place_at, rounded_columns, typical_reads, typical_samples
+from bayestouch.reporting.places import (
+    load_is_read,
+    place_at,
+    rounded_columns,
+    typical_load_reads,
+    typical_reads,
+    typical_samples,
+)
 
 # Number of steps along a line, and along each side of a plane.
 _ALONG, _ACROSS = 121, 41
@@ -27,8 +35,12 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     axes = [np.linspace(a, b, _ALONG if len(low) == 1 else _ACROSS) for a, b in zip(low, high, strict=True)]
     where = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
     use_load = reader.load_measured and load_is_read(evidence)
+    of_typical = typical_reads(evidence), typical_load_reads(evidence)
+    # Without end only the reads of a force sensor that is read with each sample increase.
+    without_end = np.inf, evidence.posteriors.rows.usual_load_reads
     spots, lasting = (
-        pad_spots(reader, where, reads=reads, use_load=use_load) for reads in (typical_reads(evidence), np.inf)
+        pad_spots(replace(reader, load_reads=load_reads), where, reads=reads, use_load=use_load)
+        for reads, load_reads in (of_typical, without_end)
     )
     places = element_places(evidence)
     inside = ((where >= places.min(axis=0)) & (where <= places.max(axis=0))).all(axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,17 +16,24 @@ from bayestouch.reliability import pad_spots
 from bayestouch.reporting.pad import places
 
 
+@dataclass(frozen=True)
+class Reader:
+    load_measured: bool = True
+    load_reads: float | None = None
+    map: Any = field(default_factory=lambda: SimpleNamespace(low=[0.0], high=[120.0]))
+
+
 def test_places_right_above_the_outermost_elements_are_inside(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a line of 0 … 120 mm with elements at 30 and 90 mm and an error of x/10 the best and worst are at these.
 
     The root mean square over 30, 31 … 90 mm is written out.
     """
-    reader = SimpleNamespace(map=SimpleNamespace(low=[0.0], high=[120.0]), load_measured=True)
-    rows = SimpleNamespace(load=np.array([5.0, np.nan]))
+    reader = Reader()
+    rows = SimpleNamespace(load=np.array([5.0, np.nan]), load_reads=np.array([1.0, 20.0]), usual_load_reads=1.0)
     evidence: Any = SimpleNamespace(calibration=None, posteriors=SimpleNamespace(rows=rows))
 
-    def spots(_reader: Any, where: np.ndarray, *, reads: float, use_load: bool) -> SimpleNamespace:
-        assert reads in (4, np.inf) and use_load
+    def spots(of: Reader, where: np.ndarray, *, reads: float, use_load: bool) -> SimpleNamespace:
+        assert reads in (4, np.inf) and use_load and of.load_reads == 1
         sd = where / 10 * (1.0 if reads == 4 else 0.8)
         return SimpleNamespace(sd=sd[:, 0], bias_rms=0.5 * sd, of_none=0.25 * sd**2)
 
@@ -88,13 +95,18 @@ def test_errors_that_no_averaging_lowers_are_no_noise() -> None:
 def test_the_load_is_read_if_most_touches_have_one(
     measured: bool, load: list[float], used: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reader = SimpleNamespace(map=SimpleNamespace(low=[0.0], high=[120.0]), load_measured=measured)
+    reader = Reader(measured)
     n = len(load)
-    rows = SimpleNamespace(load=np.array(load), counts=np.ones((n, 1)), samples=np.ones(n))
+    rows = SimpleNamespace(
+        load=np.array(load), counts=np.full((n, 1), 3), samples=np.full(n, 3.0), load_reads=np.full(n, 3.0)
+    )
+    rows.usual_load_reads = None
     evidence: Any = SimpleNamespace(calibration=None, posteriors=SimpleNamespace(rows=rows))
 
-    def spots(_reader: Any, where: np.ndarray, *, reads: float, use_load: bool) -> SimpleNamespace:
+    def spots(of: Reader, where: np.ndarray, *, reads: float, use_load: bool) -> SimpleNamespace:
         assert use_load is used
+        # The reads of the force sensor are as many as those of the elements, without end too.
+        assert (reads, of.load_reads) in ((3, 3 if np.isfinite(load).any() else 1), (np.inf, None))
         return SimpleNamespace(sd=np.ones(len(where)), bias_rms=np.ones(where.shape), of_none=np.zeros(where.shape))
 
     monkeypatch.setattr(PadReader, "from_calibration", lambda _calibration: reader)
