@@ -16,6 +16,7 @@ from bayestouch.priors.parameters import Prior
 from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger, TouchPlaces
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 from bayestouch.simulation import FingerDesign
+from bayestouch.simulation.checks import check_not_negative
 from bayestouch.simulation.finger import REFERENCE_LOAD, BuiltFinger
 
 # A force sensor without noise, as a share of the load: with a zero it would count as no force sensor.
@@ -47,12 +48,14 @@ def expected_finger(
     Raises
     ------
     InputError
-        The readings have neither noise nor lack of fit, so that every error to expect is zero.
+        The lack of fit is negative or not finite; or the readings have neither noise nor lack of fit, so that every
+        error to expect is zero.
 
     Notes
     -----
     Every calibration touch has the mean load of `design.load_range`, which is also the typical load of the finger.
     """
+    check_not_negative(lack_of_fit_percent=lack_of_fit_percent)
     if design.noise_percent_peak == 0 and lack_of_fit_percent == 0:
         raise InputError("noise_percent_peak: expected above zero; without noise there are no errors to predict")
     built = _built(design, seed)
