@@ -108,10 +108,12 @@ def design_maps(
     Raises
     ------
     InputError
-        If a value gives an impossible finger, one without noise, or one whose elements are too few for the unknowns of
-        a touch; or if `vary` is unknown.
+        If there are no values; a value gives an impossible finger, one without noise, or one whose elements are too few
+        for the unknowns of a touch; or `vary` is unknown.
     """
     wanted = np.atleast_1d(np.asarray(values, dtype=float))
+    if not len(wanted):
+        raise InputError("values: expected one at least")
     designs = tuple(changed_design(design, vary, float(value), noise_of=noise_of) for value in wanted)
     spots, thresholds = [], []
     for each in designs:

@@ -17,7 +17,7 @@ from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 from bayestouch.reliability.evidence import log_evidence
 from bayestouch.reliability.information import RadiusScale
-from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
+from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces, require_touches
 from bayestouch.reliability.paper_criterion import Annulus, smallest_radius
 
 
@@ -41,9 +41,16 @@ def distinguished(
     -------
     (n, k, k) array
         Probabilities; 0.5 on the diagonal, which is chance.
+
+    Raises
+    ------
+    InputError
+        If there are no indenters, or as in `RadiusScale.of`.
     """
     radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
-    scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
+    where = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))
+    require_touches(radii, where)
+    scale = RadiusScale.of(known, where, samples=samples, use_load=use_load)
     first, second = (grid.ravel() for grid in np.meshgrid(radii, radii, indexing="ij"))
     return scale.distinguished(first, second).reshape(-1, len(radii), len(radii))
 
@@ -60,6 +67,11 @@ def threshold_radii(
     """r_c (mm) of the sharpest round indenter that is distinguished from `from_r_c` at each location, (n,).
 
     NaN if not even a flat is distinguished. See `RadiusScale.threshold`.
+
+    Raises
+    ------
+    InputError
+        As in `RadiusScale.of`, or if `probability` is not between 0.5 and 1.
     """
     scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
     return scale.threshold(from_r_c, probability)
@@ -158,6 +170,11 @@ def trial(
         Whether the force sensor is read.
     seed : int
         Seed of all random numbers.
+
+    Raises
+    ------
+    InputError
+        If there are no indenters, locations, touches or samples, or a location is not finite.
     """
     if touches < 1 or samples < 1:
         raise InputError("a trial needs at least one touch by each indenter, and one sample a touch")
@@ -165,6 +182,7 @@ def trial(
     radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
     composite = np.asarray(composite_radius(radii, known.outer_radius_mm))
     choice = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))
+    require_touches(composite, choice)
     noise = np.sqrt(known.noise_variance(samples))
     load_sd = known.load_sd(samples, use_load)
     rows = []

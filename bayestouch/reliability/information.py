@@ -82,7 +82,8 @@ class RadiusScale(Summarised):
         Raises
         ------
         InputError
-            If a touch has fewer readings than unknowns, `samples` is below 1, or `load` is not above zero.
+            If there are no locations, a location is not finite, a touch has fewer readings than unknowns, `samples` is
+            below 1, or `load` is not above zero.
         """
         known.check_unknowns(use_load)
         where = np.atleast_1d(np.asarray(angle, dtype=float))

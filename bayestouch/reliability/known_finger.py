@@ -30,6 +30,20 @@ from bayestouch.results.objects import Calibration
 _UNKNOWNS = 3
 
 
+def require_touches(radius_mm: FloatArray, angle: FloatArray) -> None:
+    """Raise an error unless there are radii and finite locations.
+
+    Raises
+    ------
+    InputError
+        There are no radii or no locations, or a location is not finite.
+    """
+    if not len(radius_mm):
+        raise InputError("expected one indenter at least")
+    if not len(angle) or not np.isfinite(angle).all():
+        raise InputError("expected finite locations, and one at least")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class TouchPlaces(Summarised):
     """Possible touches; t of them.
@@ -51,8 +65,10 @@ class TouchPlaces(Summarised):
         Raises
         ------
         InputError
-            If the load is not above zero and finite, or above the `largest` one.
+            If there are no radii or no locations, a location is not finite, or the load is not above zero and finite,
+            or above the `largest` one.
         """
+        require_touches(radius_mm, angle)
         if not (0 < load < np.inf and load <= largest):
             most = f", at most {largest:g}," if np.isfinite(largest) else ","
             raise InputError(f"load: expected above zero{most} in N/m, got {load:g}")

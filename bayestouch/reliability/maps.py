@@ -119,7 +119,8 @@ def sweet_spots(
     Raises
     ------
     InputError
-        If a touch has fewer readings than unknowns, `samples` is below 1, or `load` is not above zero.
+        If there are no indenters or locations, a location is not finite, a touch has fewer readings than unknowns,
+        `samples` is below 1, or `load` is not above zero.
     """
     radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
     composite = composite_radius(radii, known.outer_radius_mm)

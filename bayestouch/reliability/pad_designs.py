@@ -86,9 +86,11 @@ def pad_design_maps(
     Raises
     ------
     InputError
-        If a value gives an impossible pad or `vary` is unknown.
+        If there are no values, a value gives an impossible pad, or `vary` is unknown.
     """
     wanted = np.atleast_1d(np.asarray(values, dtype=float))
+    if not len(wanted):
+        raise InputError("values: expected one at least")
     designs = tuple(changed_pad(design, vary, float(value)) for value in wanted)
     spots = []
     for each in designs:

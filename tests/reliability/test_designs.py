@@ -146,6 +146,12 @@ def test_a_force_sensor_without_noise_knows_the_load() -> None:
 def test_impossible_efforts_and_noise_are_refused() -> None:
     with pytest.raises(InputError, match="noise_percent_peak: expected above zero"):
         design_maps(DESIGN, "noise_percent", [0.0])
+    for nothing in (
+        lambda: design_maps(DESIGN, "depth_mm", []),
+        lambda: pad_design_maps(PadDesign(), "spacing_mm", []),
+    ):
+        with pytest.raises(InputError, match="values: expected one at least"):
+            nothing()
     for percent in (-3.0, np.nan, np.inf):
         with pytest.raises(InputError, match="lack_of_fit_percent: expected a finite number, zero or larger"):
             expected_finger(DESIGN, lack_of_fit_percent=percent)

@@ -11,7 +11,16 @@ import pytest
 import bayestouch
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.options import Options
-from bayestouch.reliability import KnownFinger, TouchPlaces, averaging_effort, expected_finger, sweet_spots
+from bayestouch.reliability import (
+    KnownFinger,
+    TouchPlaces,
+    averaging_effort,
+    distinguished,
+    expected_finger,
+    sweet_spots,
+    threshold_radii,
+    trial,
+)
 from bayestouch.reliability.known_finger import ElasticErrors
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.finger.numbers import _prediction
@@ -123,6 +132,29 @@ def test_a_load_beyond_the_contact_table_is_refused() -> None:
     most = f"load: expected above zero, at most {known.largest_load:g}, in N/m, got 2000"
     with pytest.raises(bayestouch.InputError, match=most):
         sweet_spots(known, [0.0, 3.9], [0.0], load=2000.0)
+
+
+@pytest.mark.parametrize(
+    ("tips", "places", "words"),
+    [
+        ([], [0.0], "one indenter at least"),
+        ([0.0], [], "finite locations, and one"),
+        ([0.0], [0.0, np.nan], "finite locations, and one"),
+        ([0.0], [np.inf], "finite locations, and one"),
+    ],
+)
+def test_maps_of_no_touches_are_refused(tips: list[float], places: list[float], words: str) -> None:
+    known = expected_finger(DESIGN)
+    with pytest.raises(bayestouch.InputError, match=words):
+        sweet_spots(known, tips, places)
+    with pytest.raises(bayestouch.InputError, match=words):
+        trial(known, tips, places, touches=2)
+    if tips:
+        for asked in (threshold_radii, averaging_effort):
+            with pytest.raises(bayestouch.InputError, match=words):
+                asked(known, places)
+    with pytest.raises(bayestouch.InputError, match=words):
+        distinguished(known, tips, places)
 
 
 def test_an_estimate_that_there_is_not_is_refused() -> None:
