@@ -92,9 +92,12 @@ def is_clear(difference: FloatArray) -> bool:
 
     Rare events, such as outliers, change few touches, but these very much: then the standard error is large because the
     gain is. So a gain is also clear if it is so where no touch counts more than `MOST_OF_A_TOUCH`.
+
+    Fits end when a step gains less than `SETTLED`, so that a smaller sum says nothing, however equal its terms are: one
+    of rounding alone may be many standard errors above zero.
     """
     limited = np.clip(difference, -MOST_OF_A_TOUCH, MOST_OF_A_TOUCH)
-    return difference.sum() > 0 and any(gain > ERRORS * error for gain, error in map(paired, (difference, limited)))
+    return difference.sum() > SETTLED and any(gain > ERRORS * error for gain, error in map(paired, (difference, limited)))
 
 
 def tried_noise(noise: NoiseCandidate, *, by_chance: bool) -> Tried:

@@ -51,6 +51,9 @@ def test_sums_over_touches() -> None:
         ({500.0: 5, -10.0: 15}, False),
         ({-50.0: 20}, False),
         ({0.0: 1}, False),
+        ({6e-16: 100}, False),  # all alike, so without a standard error, but of rounding
+        ({4e-4: 100}, False),  # 0.04 in all, below the 0.05 at which fits end
+        ({6e-4: 100}, True),
     ],
 )
 def test_a_clear_gain_is_not_that_of_a_few_touches(touches: dict[float, int], clear: bool) -> None:
@@ -109,6 +112,9 @@ def test_a_candidate_of_the_noise() -> None:
     assert found.gain_se == pytest.approx(np.sqrt(21)) and found.by_itself and found.of_means == 0
     # 9 ± 4.6 is not clear: then nothing is said of what it explains.
     assert not found.clear and np.isnan(found.share)
+    # Rounding that is above zero by six standard errors explains nothing either.
+    noise.difference = np.array([2e-14, 2e-14, 2.01e-14])
+    assert not (rounded := tried_noise(noise, by_chance=False)).clear and np.isnan(rounded.share)
     noise.difference = np.array([3.0, 3.1, 3.2])
     assert (clear := tried_noise(noise, by_chance=False)).clear and clear.share == 1
 
