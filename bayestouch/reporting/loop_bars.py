@@ -119,6 +119,12 @@ def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
     return found
 
 
+def has_errors_of_touches(diagnosis: dict[str, Any]) -> bool:
+    """True if held-out touches were read as unknown, so that the rows have errors of what was read, not of readings."""
+    of_readings = ("prediction_error_percent_peak", "touch_error_percent_peak", "lack_of_fit")
+    return any(row["key"] not in of_readings for row in before_after(diagnosis))
+
+
 def references_corrected(diagnosis: dict[str, Any]) -> bool:
     """True if an error after is another one against references as the data set states them."""
     return any(row["after"] != row["after_against_stated"] for row in before_after(diagnosis))

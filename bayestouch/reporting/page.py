@@ -13,7 +13,13 @@ from bayestouch.output.text import exact, number, percent, plus_minus
 from bayestouch.reporting.baseline_table import beside_regressions
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.live import Live
-from bayestouch.reporting.loop_bars import after_in_words, before_after, loop_bars, references_corrected
+from bayestouch.reporting.loop_bars import (
+    after_in_words,
+    before_after,
+    has_errors_of_touches,
+    loop_bars,
+    references_corrected,
+)
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -58,6 +64,7 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
     environment.filters["place"] = _place
     environment.filters["after_in_words"] = after_in_words
     environment.filters["before_after"] = before_after
+    environment.filters["has_errors_of_touches"] = has_errors_of_touches
     environment.filters["references_corrected"] = references_corrected
     environment.filters["beside_regressions"] = beside_regressions
     environment.filters["probable_causes"] = probable_causes

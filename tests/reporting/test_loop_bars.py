@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bayestouch.reporting.loop_bars import after_in_words, loop_bars, references_corrected
+from bayestouch.reporting.loop_bars import after_in_words, has_errors_of_touches, loop_bars, references_corrected
 
 
 def diagnosis(*effects: str, **changes: Any) -> dict[str, Any]:
@@ -83,3 +83,13 @@ def test_the_column_on_stated_references_is_there_where_it_says_something_else()
     assert not references_corrected(found)  # as in files of 0.1.0
     assert not references_corrected(found | {"after_against_stated": found["after"]})
     assert references_corrected(found | {"after_against_stated": found["after"] | {"R_rms_mm": 0.9}})
+
+
+def test_a_diagnosis_that_read_touches_has_their_errors() -> None:
+    """Errors of the readings alone, of samples or of touch means, are there without reading a touch."""
+    readings = {"prediction_error_percent_peak": 2.0, "touch_error_percent_peak": 1.0, "lack_of_fit": 4.0}
+    none = readings | dict.fromkeys(("R_rms_mm", "theta_rms_deg", "coverage_90"))
+    assert not has_errors_of_touches(diagnosis(before=none, after=none))
+    for key in ("R_bias_mm", "theta_rms_deg", "location_rms_mm", "P_rms_N"):
+        read = none | {key: 0.5}
+        assert has_errors_of_touches(diagnosis(before=read, after=read))
