@@ -97,7 +97,9 @@ def is_clear(difference: FloatArray) -> bool:
     of rounding alone may be many standard errors above zero.
     """
     limited = np.clip(difference, -MOST_OF_A_TOUCH, MOST_OF_A_TOUCH)
-    return difference.sum() > SETTLED and any(gain > ERRORS * error for gain, error in map(paired, (difference, limited)))
+    return difference.sum() > SETTLED and any(
+        gain > ERRORS * error for gain, error in map(paired, (difference, limited))
+    )
 
 
 def tried_noise(noise: NoiseCandidate, *, by_chance: bool) -> Tried:

@@ -13,6 +13,7 @@ from bayestouch.data.sensor import finger_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
 from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.model.misplaced import misplaced
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -45,5 +46,6 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
         bare = [f"e{e + 1:02d}" for e in np.flatnonzero(nearest > pitch / 2)]
         if bare:
             yield f"no knife edge within half a pitch ({pitch / 2:.3g}°) of {', '.join(bare)}"
+    yield from misplaced(known, np.asarray(finger.element_angles_deg)[:, None], finger.location_columns, "°")
     if not np.isinf(known.indenter_radius_mm).any():
         yield "no flat to calibrate with: it determines how the rubber spreads a load (Poisson's ratio)"

@@ -9,6 +9,7 @@ import numpy as np
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import pad_of
+from bayestouch.model.misplaced import misplaced
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -21,9 +22,12 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     known : TouchMeans
         Touches with references, from the calibration table or, without one, from the only table.
     """
-    columns = {name: getattr(known, name) for name in pad_of(dataset.sensor).location_columns}
+    pad = pad_of(dataset.sensor)
+    columns = {name: getattr(known, name) for name in pad.location_columns}
     absent = [name for name, values in columns.items() if values is None or not np.isfinite(values).any()]
     if absent:
         yield f"cannot be calibrated: no {' and '.join(absent)}"
     elif not np.isfinite(np.stack([np.asarray(values) for values in columns.values()])).all(axis=0).any():
         yield f"cannot be calibrated: no touch has {' and '.join(columns)}"
+    else:
+        yield from misplaced(known, np.stack(list(pad.places_mm.values()), axis=1), pad.location_columns, " mm")

@@ -15,6 +15,8 @@ _AS_CLAIMED, _NEARLY = 2.5, 6.0
 _FEWEST = 10
 # A larger ratio of mean squares (residuals to repeats) is not explained by the scatter of a few hundred touches.
 _LACK_OF_FIT = 1.25
+# From this error on, a model that says zero for every reading would be better: no reading exceeds the peak by much.
+_NOTHING_PERCENT_PEAK = 100.0
 # Nonlinearity is reported if the exponent differs from one by this much and lowers the error by a tenth.
 _NOT_LINEAR = 0.05
 _SYMBOLS = {"theta_c": "location θ_c", "R": "radius R", "P": "load P", "x": "x", "y": "y", "region": "location"}
@@ -36,7 +38,8 @@ def _intervals(numbers: dict[str, Any]) -> list[str]:
         return []
     what = "regions and intervals" if len(rows) > 1 and rows[-1]["parameter"] == "region" else "intervals"
     parts = [f"{percent(row['percent_inside']['90'])} % of touches for {_SYMBOLS[row['parameter']]}" for row in rows]
-    return [f"The stated 90 % {what} hold the reference in {listed(parts)}: {_verdict(rows)}."]
+    trusted = not explains_nothing(numbers["calibration"])
+    return [f"The stated 90 % {what} hold the reference in {listed(parts)}: {_verdict(rows, trusted=trusted)}."]
 
 
 def without_coordinates(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -51,10 +54,13 @@ def decisive(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [row for row in rows if row["touches"] >= _FEWEST] or rows
 
 
-def _verdict(rows: list[dict[str, Any]]) -> str:
-    """Clause on the stated uncertainties; of those that can be judged, the one with the worst coverage decides."""
+def _verdict(rows: list[dict[str, Any]], *, trusted: bool = True) -> str:
+    """Clause on the stated uncertainties; of those that can be judged, the one with the worst coverage decides.
+
+    `trusted` is false for a model that explains nothing of the readings, whose intervals are only wide.
+    """
     grade, words = coverage_verdict(rows)
-    if grade == "unknown":
+    if grade == "unknown" or not trusted:
         return words
     trust = {"bad": "are too small", "fair": "are somewhat too small", "good": "can be trusted"}[grade]
     return f"{words}, so the stated uncertainties {trust}"
@@ -92,9 +98,26 @@ def has_lack_of_fit(calibration: dict[str, Any]) -> bool:
     return lack is not None and bool(lack > _LACK_OF_FIT)
 
 
+def explains_nothing(calibration: dict[str, Any]) -> bool:
+    """True if the calibrated model is further from its own touches than a model that says zero for every reading."""
+    error = calibration["error_percent_peak"]
+    return error is not None and bool(error > _NOTHING_PERCENT_PEAK)
+
+
+def error_of_nothing(calibration: dict[str, Any]) -> str:
+    """Sentence on the error of a model that explains nothing."""
+    error = number(calibration["error_percent_peak"], 2)
+    return (
+        f"The calibrated model is wrong by {error} % of what an element reads at its peak, so that a model that says "
+        "zero for every reading would be better: the places or the order of the elements, or a unit, are wrong."
+    )
+
+
 def _model(numbers: dict[str, Any]) -> list[str]:
     sentences = []
     lack = numbers["calibration"]["lack_of_fit"]
+    if explains_nothing(numbers["calibration"]):
+        sentences.append(error_of_nothing(numbers["calibration"]))
     if lack is not None and lack > _LACK_OF_FIT:
         sentences.append(
             f"The calibrated model does not fit its own touches to within noise (lack of fit {number(lack, 2)}, "

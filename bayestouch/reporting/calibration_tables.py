@@ -53,6 +53,7 @@ def about_calibration(evidence: Evidence, peak: dict[str, Any]) -> dict[str, Any
         "models": model_rows(statistics, used_model(calibration.settings)),
         "linearity": {name: statistics.get(name) for name in _LINEARITY},
         "lack_of_fit": statistics.get("lack_of_fit"),
+        "error_percent_peak": statistics.get("error_percent_peak"),
         "parameters": parameter_rows(evidence),
         "elements": element_table(calibration),
         "peak": peak,

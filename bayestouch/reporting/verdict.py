@@ -13,7 +13,14 @@ from bayestouch.diagnosis.outcome import (
     worse_lines,
 )
 from bayestouch.output.text import listed, number, percent, plural
-from bayestouch.reporting.answer import below_limit, coverage_verdict, decisive, has_lack_of_fit
+from bayestouch.reporting.answer import (
+    below_limit,
+    coverage_verdict,
+    decisive,
+    error_of_nothing,
+    explains_nothing,
+    has_lack_of_fit,
+)
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.phrases import verdict_row
 
@@ -31,6 +38,8 @@ def short_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
 
 def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
     coverage, found = numbers["trust"]["coverage"], _verdict_of_diagnosis(numbers["diagnosis"])
+    if explains_nothing(numbers["calibration"]):
+        return verdict_row(_FIRST, "No, the model does not fit", error_of_nothing(numbers["calibration"]))
     said = "" if found is None else f" Verdict of the diagnosis: {found}."
     if not coverage:
         reason = "The touches have no references with which stated intervals could be compared."

@@ -217,7 +217,7 @@ def minimal_pad_numbers(**changes: Any) -> dict[str, Any]:
         "data": {"body": "pad", "simulated": False},
         "estimates": {"errors": [], "posterior_sd_mm": 0.2, "load": {"n": 0}, "spacing_mm": None},
         "trust": {"coverage": [], "convergence": grades, "calibration_convergence": None},
-        "calibration": {"lack_of_fit": None, "linearity": linearity},
+        "calibration": {"lack_of_fit": None, "error_percent_peak": None, "linearity": linearity},
         **changes,
     }
 
@@ -228,7 +228,7 @@ def test_answer_tells_what_went_wrong() -> None:
     text = " ".join(
         answer(
             minimal_pad_numbers(
-                calibration={"lack_of_fit": 4.2, "linearity": bent},
+                calibration={"lack_of_fit": 4.2, "error_percent_peak": 3.0, "linearity": bent},
                 trust={
                     "coverage": [],
                     "convergence": {"beyond": 1, "missed": 2, "touches": 3, "grades": []},
@@ -248,10 +248,16 @@ def test_answer_tells_what_went_wrong() -> None:
     # what the page says beside the calibration: all but the errors
     only_errors = answer(minimal_pad_numbers())
     assert only_errors["of_model"] == [] and len(only_errors["sentences"]) == 1
-    of_model = answer(minimal_pad_numbers(calibration={"lack_of_fit": None, "linearity": bent}))["of_model"]
+    of_model = answer(
+        minimal_pad_numbers(calibration={"lack_of_fit": None, "error_percent_peak": None, "linearity": bent})
+    )["of_model"]
     assert len(of_model) == 1 and "power 0.63" in of_model[0]
     straight = {**bent, "load_exponent": 1.01}
-    assert "Linearity" not in str(answer(minimal_pad_numbers(calibration={"lack_of_fit": None, "linearity": straight})))
+    assert "Linearity" not in str(
+        answer(
+            minimal_pad_numbers(calibration={"lack_of_fit": None, "error_percent_peak": None, "linearity": straight})
+        )
+    )
 
 
 def test_models_are_told_apart_from_statistics() -> None:

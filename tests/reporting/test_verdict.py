@@ -31,7 +31,7 @@ def numbers(found: dict[str, Any] | None, *, lack_of_fit: float | None, inside: 
     row = {"parameter": "x", "touches": 2000, "percent_inside": {"90": inside}, "se_90": 0.67}
     return {
         "trust": {"coverage": [] if inside is None else [row]},
-        "calibration": {"lack_of_fit": lack_of_fit},
+        "calibration": {"lack_of_fit": lack_of_fit, "error_percent_peak": 0.8},
         "diagnosis": found,
         "next": [],
     }
@@ -76,6 +76,21 @@ def test_the_verdict_is_there_whatever_the_coverage_is(inside: float | None, sho
         row = _trusted(numbers(diagnosis(word), lack_of_fit=1.0, inside=inside))
         assert row["short"].startswith(short)
         assert f"Verdict of the diagnosis: {word}" in row["reason"]
+
+
+@pytest.mark.parametrize("found", [None, diagnosis("adequate")])
+@pytest.mark.parametrize(("error", "nothing"), [(1608.0, True), (101.0, True), (99.0, False), (None, False)])
+def test_a_model_that_explains_nothing_is_not_trusted(
+    found: dict[str, Any] | None, error: float | None, nothing: bool
+) -> None:
+    """However often its intervals, which are as wide as the finger, hold the reference: zero would be nearer."""
+    made = numbers(found, lack_of_fit=9645.0)
+    made["calibration"]["error_percent_peak"] = error
+    row = _trusted(made)
+    assert (row["short"] == "No, the model does not fit") == nothing
+    assert row["short"].startswith("Yes") != nothing
+    assert ("wrong by 1608 % of what an element reads at its peak" in row["reason"]) == (error == 1608.0)
+    assert _intervals(made)[0].endswith("so the stated uncertainties can be trusted.") != nothing
 
 
 def test_the_last_row_has_the_same_verdict() -> None:
