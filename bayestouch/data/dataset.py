@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
 
+from bayestouch.data.copies import notes_on_copies
 from bayestouch.data.files import write_together
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.sensor_toml import read_sensor, sensor_writer
@@ -167,12 +168,18 @@ def load_dataset(path: str | Path) -> DataSet:
         calibration = read_touches(calibration_file, sensor, location=True)
     # Without a calibration table the touches are used for calibration, which needs their reference location.
     touches = read_touches(touches_file, sensor, location=calibration is None)
+    names = "" if calibration_file is None else calibration_file.name, touches_file.name
     return DataSet(
         sensor=sensor,
         calibration=calibration,
         touches=touches,
         path=folder,
-        notes=(*sensor.notes, *(calibration.notes if calibration else ()), *touches.notes),
+        notes=(
+            *sensor.notes,
+            *(calibration.notes if calibration else ()),
+            *touches.notes,
+            *notes_on_copies(calibration, touches, names),
+        ),
     )
 
 

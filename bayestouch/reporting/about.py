@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.checking.tables import table_facts, touches_by_indenter
+from bayestouch.data.copies import copies
 from bayestouch.data.sensor import Sensor
 from bayestouch.reporting.evidence import Evidence
 
@@ -13,6 +14,7 @@ def about_data(evidence: Evidence) -> dict[str, Any]:
     """Numbers of ``report.json`` about the data: sensor, source, content of the touch tables."""
     sensor, dataset = evidence.sensor, evidence.dataset
     tables = {"to calibrate with": dataset.calibration, "to be read": dataset.touches}
+    copied = 0 if dataset.calibration is None else len(copies(dataset.touches, dataset.calibration))
     return {
         "name": sensor.name,
         "body": sensor.body.kind,
@@ -22,6 +24,7 @@ def about_data(evidence: Evidence) -> dict[str, Any]:
         "source": [{"key": key, "text": str(text)} for key, text in sensor.source.items()],
         "tables": [table_facts(use, touches) for use, touches in tables.items() if touches is not None],
         "touches_by_indenter": touches_by_indenter(dataset.calibration, dataset.touches),
+        "copied_percent": 100 * copied / max(dataset.touches.n_touches, 1),
         "notes": _notes(evidence),
     }
 

@@ -26,6 +26,8 @@ from bayestouch.reporting.phrases import verdict_row
 
 _FIRST = "Can its readings be trusted?"
 _TOO_FEW = "Too few touches to say"
+# From this percentage of copies on, errors and coverage are mostly those of touches that were calibrated with.
+_MOSTLY_COPIES = 50.0
 #: Keys of the prediction errors of a diagnosis: of samples (or touch means if there are only these); of touch means.
 _PREDICTION = ("prediction_error_percent_peak", "touch_error_percent_peak")
 
@@ -41,6 +43,13 @@ def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
     if explains_nothing(numbers["calibration"]):
         return verdict_row(_FIRST, "No, the model does not fit", error_of_nothing(numbers["calibration"]))
     said = "" if found is None else f" Verdict of the diagnosis: {found}."
+    copied = numbers["data"]["copied_percent"]
+    if copied > _MOSTLY_COPIES:
+        reason = (
+            f"{percent(copied)} % of the touches to be read are copies of calibration touches, whose errors say little "
+            "of other touches."
+        )
+        return verdict_row(_FIRST, "Not shown by these data", reason + said)
     if not coverage:
         reason = "The touches have no references with which stated intervals could be compared."
         return verdict_row(_FIRST, "Not shown by these data", reason + said)

@@ -14,9 +14,15 @@ SKETCH = SimpleNamespace(view="0 0 1 1", alt="", shapes=[], low="", high="", sca
 ROW = {"question": "What to fix?", "short": "Nothing", "reason": "None"}
 
 
-def first_screen(diagnosis: dict[str, Any] | None = None, headline: tuple[dict[str, Any], ...] = ()) -> str:
+def first_screen(
+    diagnosis: dict[str, Any] | None = None, headline: tuple[dict[str, Any], ...] = (), copied: float = 0.0
+) -> str:
     """Text of the first screen, with single spaces."""
-    numbers = {"answer": {"verdict": [ROW], "headline": headline}, "diagnosis": diagnosis}
+    numbers = {
+        "answer": {"verdict": [ROW], "headline": headline},
+        "diagnosis": diagnosis,
+        "data": {"copied_percent": copied},
+    }
     template = new_environment(numbers, ()).get_template("first_screen.html")
     return " ".join(" ".join(Page(template.render(sketch=SKETCH, loops=None)).text).split())
 
@@ -48,3 +54,9 @@ def test_the_caption_is_that_of_the_figures(kinds: tuple[str, ...], said: tuple[
     row = {"quantity": "location", "unit": "mm", "value": 0.2, "low": 0.1, "high": 0.3, "touches": 9}
     made = first_screen(headline=tuple({**row, "kind": kind} for kind in kinds))
     assert [each in made for each in (RMS, SD)] == [each in said for each in (RMS, SD)]
+
+
+def test_copies_of_calibration_touches_were_calibrated_with() -> None:
+    row = {"quantity": "location", "unit": "mm", "value": 0.2, "low": 0.1, "high": 0.3, "touches": 9}
+    made = first_screen(headline=({**row, "kind": "rms error"},), copied=10.0)
+    assert "Rms errors of touches to be read (some were calibrated with), and their 90 % intervals" in made

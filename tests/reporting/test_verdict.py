@@ -30,6 +30,7 @@ def numbers(found: dict[str, Any] | None, *, lack_of_fit: float | None, inside: 
     """Numbers of a report with as many of 2000 touches inside their 90 % intervals."""
     row = {"parameter": "x", "touches": 2000, "percent_inside": {"90": inside}, "se_90": 0.67}
     return {
+        "data": {"copied_percent": 0.0},
         "trust": {"coverage": [] if inside is None else [row]},
         "calibration": {"lack_of_fit": lack_of_fit, "error_percent_peak": 0.8},
         "diagnosis": found,
@@ -91,6 +92,15 @@ def test_a_model_that_explains_nothing_is_not_trusted(
     assert row["short"].startswith("Yes") != nothing
     assert ("wrong by 1608 % of what an element reads at its peak" in row["reason"]) == (error == 1608.0)
     assert _intervals(made)[0].endswith("so the stated uncertainties can be trusted.") != nothing
+
+
+@pytest.mark.parametrize(("copied", "shown"), [(100.0, False), (51.0, False), (49.0, True)])
+def test_copies_of_calibration_touches_show_nothing(copied: float, shown: bool) -> None:
+    made = numbers(None, lack_of_fit=1.0)
+    made["data"]["copied_percent"] = copied
+    row = _trusted(made)
+    assert row["short"] == ("Yes" if shown else "Not shown by these data")
+    assert (f"{copied:.0f} % of the touches to be read are copies" in row["reason"]) != shown
 
 
 def test_the_last_row_has_the_same_verdict() -> None:
