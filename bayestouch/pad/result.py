@@ -127,8 +127,9 @@ def _load_statistics(problem: PadProblem, rivals: dict[str, PadCandidate]) -> di
 def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
     """Squared distance of left-out residuals from zero, over the number of readings; NaN without repeats.
 
-    The distance of a touch is that of pure error and prediction, and of its load where that was not measured: all its
-    elements share this error.
+    The distance of a touch is that of pure error and prediction, and of its load, whose error all its elements share:
+    the standard error of the force sensor, or the spread of loads that were not measured. Discrepancy, share of the
+    signal and load scatter are not in it: they are what the model lacks.
     """
     pure, left_out = problem.known.pure_error_variance, model.left_out
     here = np.isfinite(left_out.residual) & (pure > 0)
@@ -136,8 +137,8 @@ def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
         return float("nan")
     averaged = np.where(pure > 0, pure, np.nan) / read_once(problem.known.counts)
     sd = np.where(here, np.sqrt(averaged + left_out.variance), np.inf)
-    by_load = 0.0 if problem.load_measured else model.load_spread * np.where(here, left_out.signal, 0.0)
-    covariance = DiagonalPlusRankOne(sd, np.broadcast_to(by_load, sd.shape))
+    errors = np.where(np.isnan(problem.load_share), model.load_spread, problem.load_share)
+    covariance = DiagonalPlusRankOne(sd, errors[:, None] * np.where(here, left_out.signal, 0.0))
     squares = covariance.squared_distance(np.where(here, left_out.residual, 0.0))
     return float(squares.sum() / here.sum())
 

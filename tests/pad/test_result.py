@@ -13,7 +13,7 @@ import bayestouch
 from bayestouch.pad.result import _lack_of_fit
 
 
-def lack_of_fit(pure: list[float], load_spread: float | None = None) -> float:
+def lack_of_fit(pure: list[float], load_share: float = 0.0, load_spread: float = np.nan) -> float:
     """Of three touches of two elements; the last reading of the first element is missing."""
     left_out = SimpleNamespace(
         residual=np.array([[2.0, 9.0], [5.0, 9.0], [np.nan, 9.0]]),
@@ -22,8 +22,8 @@ def lack_of_fit(pure: list[float], load_spread: float | None = None) -> float:
     )
     counts = np.array([[4, 1], [1, 1], [0, 1]])
     known = SimpleNamespace(pure_error_variance=np.array(pure), counts=counts)
-    problem: Any = SimpleNamespace(known=known, load_measured=load_spread is None)
-    model: Any = SimpleNamespace(left_out=left_out, load_spread=np.nan if load_spread is None else load_spread)
+    problem: Any = SimpleNamespace(known=known, load_share=np.full(3, load_share))
+    model: Any = SimpleNamespace(left_out=left_out, load_spread=load_spread)
     return _lack_of_fit(problem, model)
 
 
@@ -33,20 +33,25 @@ def test_lack_of_fit_is_of_elements_with_repeats() -> None:
     assert lack_of_fit([4.0, np.nan]) == pytest.approx(3.0)
 
 
-def test_elements_share_the_error_of_a_load_that_was_not_measured() -> None:
-    """Squared distances of the three touches, with covariances written out."""
+@pytest.mark.parametrize("of_load", [{"load_share": 0.5}, {"load_share": np.nan, "load_spread": 0.5}])
+def test_elements_share_the_error_of_a_load(of_load: dict[str, float]) -> None:
+    """Of a measured load and of one that was not: squared distances of the touches, with covariances written out."""
     first = np.diag([4 / 4 + 3, 2.0 + 1]) + 0.25 * np.outer([1.0, 3.0], [1.0, 3.0])
     second = np.diag([4.0 + 1, 2.0 + 1]) + 0.25 * np.outer([2.0, 4.0], [2.0, 4.0])
     squares = [row @ np.linalg.inv(each) @ row for row, each in (([2.0, 9.0], first), ([5.0, 9.0], second))]
     third = 81 / (2.0 + 1 + 0.25 * 25)
-    assert lack_of_fit([4.0, 2.0], load_spread=0.5) == pytest.approx((sum(squares) + third) / 5)
+    assert lack_of_fit([4.0, 2.0], **of_load) == pytest.approx((sum(squares) + third) / 5)
 
 
-def test_lack_of_fit_is_one_of_a_right_model_whose_loads_were_not_measured() -> None:
-    """Loads of 1 to 3 N."""
+@pytest.mark.parametrize("force_sd", [None, 0.2])
+def test_lack_of_fit_is_one_of_a_right_model(force_sd: float | None) -> None:
+    """Loads of 1 to 3 N: not measured, or read with a noise of 0.2 N: ten times that of the readings at the peak."""
     dataset = bayestouch.simulate(bayestouch.PadDesign(n_touches=1), seed=1).dataset
     assert dataset.calibration is not None
-    table = dataset.calibration.with_(load=np.full(dataset.calibration.n_rows, np.nan))
+    table = dataset.calibration
+    noise = np.random.default_rng(2).normal(0.0, force_sd or np.nan, table.n_rows)
+    table = table.with_(load=table.load + np.where(table.in_contact, noise, 0.0))
+    dataset = replace(dataset, sensor=replace(dataset.sensor, force_noise_sd=force_sd))
     calibration = bayestouch.calibrate(replace(dataset, calibration=table), kernel="layer", e_map="model", draws=8)
     # Monte Carlo error of a mean of 1296 squares of standard normals, at 4 standard errors: 0.16. It holds a bias of
     # -0.07 (12 seeds): predictions, a quarter of the variance, count as independent, but share the loads of others.
