@@ -28,7 +28,8 @@ class Noise(Summarised):
     load_scatter : float
         Standard deviation of an error that all elements of a pad share in a touch, as an error of the acting load, N:
         they read a touch as if its load were a little different, for example because it is not pressed in the same way
-        each time. Averaging does not reduce it. Zero on a finger, and where loads were not measured.
+        each time, or because a gain drifts that all elements share. Averaging does not reduce it. Zero on a finger.
+        Where loads were not measured, it has only the drift, in units of the mean load of the calibration.
     """
 
     tactile_sd: FloatArray

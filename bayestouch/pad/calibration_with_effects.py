@@ -147,9 +147,13 @@ def pad_calibration(
     made = replace(made, sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
         return made
+    noise, statistics = with_later_drifts(made.noise, fitted), made.statistics
+    if np.isfinite(statistics["load_scatter"]):
+        statistics = {**statistics, "load_scatter": noise.load_scatter}
     return replace(
         made,
-        noise=with_later_drifts(made.noise, fitted),
+        noise=noise,
+        statistics=statistics,
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.pad import COORDINATES
@@ -41,7 +42,8 @@ class PadTouchErrors(TouchErrors):
     coverage_90 : float
         Share of the touches whose location is in the smallest region with 90 % of the posterior.
     P_coverage_90 : float
-        Share of the touches whose load, inferred as for `P_rms_N`, is in the central 90 % of its posterior.
+        Share of the touches whose load of the force sensor is in the central 90 % of what the load inferred as for
+        `P_rms_N` predicts for it: the posterior with the noise of the force sensor.
     """
 
     location_rms_mm: float
@@ -64,16 +66,19 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
     level = np.asarray(read.sample_stats["reference_level"])[index]
     unknown = np.full(len(index), np.nan)
-    (load, low, high), effects = _loads(infer, table, plain, held, index, seed), PadEffects.of(calibration)
-    stated = held.stated["P"]
+    draws, effects = _loads(infer, table, plain, held, index, seed), PadEffects.of(calibration)
+    load, stated = draws.mean(axis=0), held.stated["P"]
     reference = stated if effects is None else effects.pressed(stated)
+    noise = calibration.noise.mean_load_sd(held.observed.means.reads_of_load)
+    # With effects it is that of an acting load; an offset, the one effect of the rig on all loads, does not change it.
+    noise = noise if effects is None else noise / effects.load_slope
     by_touch = {
         "location_rms_mm": np.sqrt(squares),
         "P_rms_N": load - stated,
         "coverage_90": (level <= COVERAGE).astype(float),
-        "P_coverage_90": _inside(stated, low, high),
+        "P_coverage_90": inside(stated, draws, noise),
     }
-    corrected = {**by_touch, "P_rms_N": load - reference, "P_coverage_90": _inside(reference, low, high)}
+    corrected = {**by_touch, "P_rms_N": load - reference, "P_coverage_90": inside(reference, draws, noise)}
     return TouchReading(_errors(corrected), _errors(by_touch), unknown, unknown, unknown, by_touch, corrected)
 
 
@@ -84,22 +89,34 @@ def _errors(by_touch: Mapping[str, FloatArray]) -> PadTouchErrors:
 
 def _loads(
     infer: Infer, table: Touches, calibration: Calibration, held: HeldOut, index: IntArray, seed: int
-) -> tuple[FloatArray, ...]:
-    """Loads inferred without the force sensor, N: posterior means and ends of the central 90 %, three (t,) arrays.
+) -> FloatArray:
+    """Draws of the loads inferred without the force sensor, N, (draws, t).
 
     NaN for all touches if the force sensor measured none of them, or none of the calibration.
     """
     if not (np.isfinite(held.stated["P"]).any() and calibration.settings["load_measured"]):
-        return (np.full(len(index), np.nan),) * 3
+        return np.full((1, len(index)), np.nan)
     read = infer(table, calibration, Options(use_load=False, kept=Kept(DRAWS, summarised=False), seed=seed))
-    low, high = read.interval("P", COVERAGE)
-    return tuple(np.asarray(each)[index] for each in (read.mean("P"), low, high))
+    draws = read.posterior["P"]
+    return np.asarray(draws.reshape(-1, draws.shape[-1])[:, index])
 
 
-def _inside(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """1 where a value is between the ends, 0 where it is not, NaN where the value or an end is not known."""
-    known = np.isfinite(values) & np.isfinite(low)
-    return np.where(known, (values >= low) & (values <= high), np.nan)
+def inside(measured: FloatArray, draws: FloatArray, noise: FloatArray) -> FloatArray:
+    """1 where the central 90 % of what draws predict for a measured value contain it, else 0; NaN where not known.
+
+    Parameters
+    ----------
+    measured : (t,) array
+        Measured values.
+    draws : (draws, t) array
+        Draws of the true values.
+    noise : (t,) array
+        Standard deviation of the noise of the measured values.
+    """
+    # Without noise each draw is below or above.
+    with np.errstate(divide="ignore"):
+        below = ndtr((measured - draws) / noise).mean(axis=0)
+    return np.where(np.isfinite(below), np.abs(below - 0.5) <= COVERAGE / 2, np.nan)
 
 
 def _to_be_read(calibration: Calibration, data: SplitData) -> Touches:
