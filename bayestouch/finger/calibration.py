@@ -36,6 +36,7 @@ from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import LOG_DENSITY
+from bayestouch.sampling.draws import thinned
 from bayestouch.version import __version__
 
 
@@ -189,8 +190,9 @@ def finger_calibration(
     places : PlacePosterior, optional
         Functions of place that were fitted with the finger.
     """
-    drawn = sample_fit(fit, draws, seed, progress, moves)
-    vectors = drawn.draws[:, :, 0]
+    made = sample_fit(fit, draws, seed, progress, moves)
+    drawn = thinned(made, draws)
+    every, vectors = made.draws[:, :, 0], drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
     assert means.angle_deg is not None
     rows = TouchRows(
@@ -206,7 +208,7 @@ def finger_calibration(
         load_reads=means.reads_of_load[used],
     )
     typical = float(np.nanmean(rows.load))
-    covariance = np.cov(linear_vectors(layout_, fit.likelihood.sign, vectors).T)
+    covariance = np.cov(linear_vectors(layout_, fit.likelihood.sign, every).T)
     extra = {} if rest is None else {REST_READING: rest}
     if places is not None:
         extra |= places.with_model_covariance(covariance).arrays()
@@ -217,7 +219,7 @@ def finger_calibration(
         posterior=public_draws(fit, vectors),
         covariance=covariance,
         layout=layout(layout_.n_elements),
-        noise=noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1])),
+        noise=noise_of(touches, layout_, every.reshape(-1, every.shape[-1])),
         rows=rows,
         settings={
             "body": "finger",

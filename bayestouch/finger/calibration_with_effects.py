@@ -29,6 +29,7 @@ from bayestouch.results.keys import E_MAP, EFFECT_PEAK, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.results.targets import targets_missed
+from bayestouch.sampling.draws import thinned
 from bayestouch.version import __version__
 
 
@@ -76,15 +77,16 @@ def calibration_with_effects(
     model = finger_model(fitted.model)
     posterior = EffectPosterior.of(fitted, priors, raw)
     fit = effect_fit(fitted, tuple(added), posterior)
-    drawn = sample_effects(fit, draws, seed, moves=moves)
-    vectors = drawn.draws[:, :, 0]
+    made = sample_effects(fit, draws, seed, moves=moves)
+    drawn = thinned(made, draws)
+    every, vectors = made.draws[:, :, 0], drawn.draws[:, :, 0]
     at, known = posterior.layout, posterior.known
     grades = {
         "ess_bulk": float(drawn.ess_bulk.min()),
         "rhat": float(drawn.rhat.max()),
         "acceptance": float(drawn.acceptance.min()),
     }
-    spread = noise_of(known, at, vectors.reshape(-1, at.size))
+    spread = noise_of(known, at, every.reshape(-1, at.size))
     rows = touch_rows(fitted, spread)
     listed = EffectList(setting, tuple(each.effect for each in added), fitted.noise.added)
     own = tuple(p for each in added for p in each.effect.public_parameters())
@@ -101,7 +103,7 @@ def calibration_with_effects(
             **draws_by_name(model.chain(fitted.vector), known, at, vectors),
             **_effect_draws(posterior, added, vectors, np.random.default_rng([seed, 2])),
         },
-        covariance=np.cov(linear_vectors(at, model.sign, vectors).T),
+        covariance=np.cov(linear_vectors(at, model.sign, every).T),
         layout=(*layout(at.n_elements), *(name for each in model.effects for name in _rows_of(each))),
         noise=spread,
         rows=rows,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -108,6 +108,21 @@ def grade(result: BlockDraws, part: slice, demands: Demands) -> None:
     proposed = ~np.isnan(result.pareto_k[part])
     served = (result.acceptance[part] >= demands.acceptance) & (result.pareto_k[part] <= demands.pareto_k)
     result.grade[part] = good & (served | ~proposed)
+
+
+def thinned(result: BlockDraws, draws: int) -> BlockDraws:
+    """Draws of which `draws` in all (each chain the same number, rounded up) are kept, evenly spaced, of one posterior.
+
+    Their effective sample size and R-hat are computed anew; the rest describes the chains that were run.
+    """
+    chains, n = result.draws.shape[:2]
+    each = -(-draws // chains)
+    if each >= n:
+        return result
+    kept = slice(None, each * (n // each), n // each)
+    points = result.draws[:, kept]
+    ess, rhat = bulk_statistics(points)
+    return replace(result, draws=points, log_density=result.log_density[:, kept], ess_bulk=ess, rhat=rhat)
 
 
 def put(result: BlockDraws, part: BlockDraws, blocks: IndexArray) -> None:
