@@ -93,16 +93,18 @@ def infer(
     except KeyboardInterrupt:
         raise Interrupted("repeat the same command to continue") from None
     stats, notes = load_grades(output)
-    (beyond, missed), count = poor_touches(stats), len(stats["grade"])
+    (unread, beyond, missed), count = poor_touches(stats), len(stats["grade"])
     facts = {
         "file": str(output),
         "touches": count,
         "missed_targets": missed,
         "beyond_priors": beyond,
+        "without_reading": unread,
         "ess_bulk_least": stats["ess_bulk"].min(),
         "rhat_most": stats["rhat"].max(),
     }
     poor = [
+        *([f"{unread} have no reading (grade 0)"] if unread else []),
         *([f"{beyond} are beyond the loads or places of the calibration (grade 0)"] if beyond else []),
         *([f"{missed} missed the targets (grade 0 in sample_stats)"] if missed else []),
     ]

@@ -28,6 +28,8 @@ class Survey:
         Number of touches in contact, and of their rows in contact.
     touches_without_load, rows_without_load : int
         Number of those without a measured load.
+    without_reading : list of int
+        Numbers of the touches in contact that have no reading, in order.
     rest : RestTally
         Sums of the no-contact readings.
     sample : Touches
@@ -40,6 +42,7 @@ class Survey:
     n_rows: int
     touches_without_load: int
     rows_without_load: int
+    without_reading: list[int]
     rest: RestTally
     sample: Touches
     notes: tuple[str, ...]
@@ -58,6 +61,7 @@ def survey(source: TouchSource) -> Survey:
     rest, tally = RestTally.none(source.n_elements), None
     sampled = _Sample()
     n_rows, without, rows_without = 0, 0, 0
+    without_reading: list[int] = []
     notes: list[str] = []
     for piece in ahead(source.pieces()):
         rest = rest.after(piece)
@@ -67,6 +71,8 @@ def survey(source: TouchSource) -> Survey:
         measured = np.bincount(group, weights=~np.isnan(piece.load[contact]), minlength=len(ids))
         without += int((measured == 0).sum())
         rows_without += int(np.isnan(piece.load[contact]).sum())
+        read = np.bincount(group, weights=~np.isnan(piece.readings[contact]).all(axis=1), minlength=len(ids))
+        without_reading += ids[read == 0].tolist()
         n_rows += len(group)
         sampled.add(piece, ids)
         notes += piece.notes
@@ -77,6 +83,7 @@ def survey(source: TouchSource) -> Survey:
         n_rows=n_rows,
         touches_without_load=without,
         rows_without_load=rows_without,
+        without_reading=without_reading,
         rest=rest,
         sample=sampled.touches(),
         notes=tuple(dict.fromkeys(notes)),

@@ -9,6 +9,7 @@ from typing import Any
 from bayestouch.data.baseline import Baseline
 from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
+from bayestouch.errors import few
 from bayestouch.reading.check import check_sensor
 from bayestouch.reading.draws import DrawPlan, draw_blocks
 from bayestouch.reading.driver import TouchRun, in_blocks
@@ -113,7 +114,7 @@ def touch_run(
     # If a touch depends on other touches, the whole table is in memory and is prepared at once.
     whole = reader.average(baseline.subtracted(source.whole())) if reader.needs_whole_table else None
     block = None if whole is None else reader.ready(whole)
-    notes = [*found.notes, baseline.note, *reader.notes(found, whole)]
+    notes = [*found.notes, baseline.note, *_without_reading(found), *reader.notes(found, whole)]
     check = None
     if options.check_sensor and reader.unchecked:
         notes.append(reader.unchecked)
@@ -153,4 +154,16 @@ def touch_run(
         ),
         count if block is None else block.n_touches,
         lambda size: in_blocks(parts(), size),
+    )
+
+
+def _without_reading(found: Survey) -> tuple[str, ...]:
+    """Note that names touches without a reading; empty if there are none."""
+    numbers = found.without_reading
+    if not numbers:
+        return ()
+    what = "touch has" if len(numbers) == 1 else "touches have"
+    names = few([str(number) for number in numbers])
+    return (
+        f"{len(numbers)} {what} no reading (touch {names}): nothing but a measured load is known, and the grade is 0",
     )

@@ -22,6 +22,8 @@ from bayestouch.results.tips import TipProbabilities
 
 #: Statistic of a touch: 1 if it is beyond the loads or places that the calibration allows, else 0.
 BEYOND = "beyond_prior"
+#: Statistic of a touch: 1 if it has no reading that was used, else 0.
+UNREAD = "without_reading"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,17 +130,17 @@ def require_calibration(value: object) -> None:
     raise not_a("a calibration", value, how)
 
 
-def poor_touches(statistics: Mapping[str, FloatArray]) -> tuple[int, int]:
-    """Numbers of touches with grade 0: those beyond the priors, and the others, which missed the sampler's targets.
+def poor_touches(statistics: Mapping[str, FloatArray]) -> tuple[int, int, int]:
+    """Numbers of touches with grade 0: without a reading, beyond the priors, and the others, which missed the targets.
 
     Parameters
     ----------
     statistics : mapping of (t,) arrays
-        ``sample_stats`` of posteriors. Without `BEYOND`, no touch is beyond the priors.
+        ``sample_stats`` of posteriors. Files of earlier versions have no `BEYOND` or `UNREAD`.
     """
     poor = np.asarray(statistics["grade"]) == 0
-    beyond = np.asarray(statistics.get(BEYOND, np.zeros(poor.shape))) > 0
-    return int(beyond.sum()), int((poor & ~beyond).sum())
+    unread, beyond = (np.asarray(statistics.get(name, np.zeros(poor.shape))) > 0 for name in (UNREAD, BEYOND))
+    return int(unread.sum()), int(beyond.sum()), int((poor & ~beyond & ~unread).sum())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -198,11 +200,16 @@ class PosteriorsData(Summarised):
         return low, high
 
     @property
+    def unread(self) -> int:
+        """Number of touches without a reading: nothing is learnt from them but the load."""
+        return poor_touches(self.sample_stats)[0]
+
+    @property
     def beyond(self) -> int:
         """Number of touches beyond the loads or places that the calibration allows."""
-        return poor_touches(self.sample_stats)[0]
+        return poor_touches(self.sample_stats)[1]
 
     @property
     def missed(self) -> int:
         """Number of other touches that missed the targets of effective sample size, R-hat and Pareto shape."""
-        return poor_touches(self.sample_stats)[1]
+        return poor_touches(self.sample_stats)[2]

@@ -79,10 +79,15 @@ def touches_lines(posteriors: PosteriorsData) -> list[str]:
 
 def _grades(posteriors: PosteriorsData, count: int) -> list[str]:
     """Why touches have grade 0, and how many; one line a reason."""
-    beyond, missed = posteriors.beyond, posteriors.missed
-    reasons = [f"{beyond} of {count} are beyond the loads or places of the calibration"] if beyond else []
-    if missed:
-        reasons.append(f"{missed} of {count} missed the sampler's targets")
+    reasons = [
+        f"{n} of {count} {reason}"
+        for n, reason in (
+            (posteriors.unread, "have no reading"),
+            (posteriors.beyond, "are beyond the loads or places of the calibration"),
+            (posteriors.missed, "missed the sampler's targets"),
+        )
+        if n
+    ]
     return reasons or ["all meet the sampler's targets"]
 
 

@@ -141,7 +141,8 @@ class TouchPosteriors(PosteriorsData):
     sample_stats : mapping of (t,) arrays
         ``ess_bulk`` and ``rhat`` (of the worst parameter of the touch), ``acceptance``, ``pareto_k``, and ``grade``:
         1 if the targets are met. They always refer to all draws, also to those that were not kept. ``beyond_prior``
-        is 1 if the touch is beyond the loads or places that the calibration allows; then ``grade`` is 0.
+        is 1 if the touch is beyond the loads or places that the calibration allows, and ``without_reading`` is 1 if it
+        has no reading that was used; then ``grade`` is 0.
     reference : mapping of (t,) arrays
         Reference values with the same names as `posterior`; NaN unknown.
     rows : TouchRows

@@ -222,7 +222,7 @@ class FingerTouchReader:
         if log_probability is not None and isinstance(radius, RadiusOfTips):
             tips = TipProbabilities.of(radius, log_probability)
         stats = {name: values for name, values in drawn.items() if name not in posterior}
-        stats = graded(stats, self._beyond_priors(block.readings, posterior))
+        stats = graded(stats, self._beyond_priors(block.readings, posterior), rows.counts)
         model = None
         if whitener is not None:
             sampler = self.sampler

@@ -205,8 +205,8 @@ class PadTouchReader:
         predicted, sd = (np.ascontiguousarray(drawn.pop(name).T) for name in PREDICTED)
         stats = {**drawn, "second_round": (drawn["round"] > 1).astype(float)}
         del stats["round"]
-        stats = graded(stats, self._beyond_region(posterior))
         touches = reader.touches(block)
+        stats = graded(stats, self._beyond_region(posterior), touches.counts)
         load = block.load
         if isinstance(block, CorrectedMeans):
             load = np.where(np.isnan(load), np.nan, block.load_as_read)
