@@ -1,7 +1,8 @@
 """Which indenters one touch can distinguish: posterior odds with location, load and calibration unknown.
 
 `distinguished` and `threshold_radii` integrate the Fisher information (`RadiusScale`). `trial` simulates touches and
-computes the evidence; it needs only the likelihood, and gives error rates and ROC curves. The two methods agree.
+computes the evidence; it needs only the likelihood, and gives error rates and ROC curves. The two methods agree unless
+one shallow element reads a touch almost alone: then only `trial` knows that the touch may be on either side of it.
 """
 
 from __future__ import annotations
