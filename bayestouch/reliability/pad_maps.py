@@ -186,4 +186,4 @@ def _felt_load_sd(reader: PadReader, load: FloatArray, reads: float, use_load: b
     if use_load and reader.load_measured:
         load_reads = reads if reader.load_reads is None else reader.load_reads
         sd = reader.measured_load_sd(load, np.full(len(load), load_reads))
-    return np.maximum(np.hypot(sd, reader.noise.load_scatter), _EXACT_LOAD * load)
+    return np.asarray(np.maximum(np.hypot(sd, reader.noise.load_scatter), _EXACT_LOAD * load))
