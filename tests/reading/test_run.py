@@ -31,7 +31,8 @@ def test_a_touch_without_a_reading_has_grade_0_and_a_note_names_it(
     broken = touches.with_(readings=readings)
     bayestouch.save_dataset(DataSet(data.sensor, data.calibration, broken), tmp_path / "data")
     whole = bayestouch.infer(touches, calibration, draws=256, check_sensor=False)
-    note = f"2 touches have no reading (touch {ids[1]}, {ids[3]}): nothing but a measured load is known, and the grade is 0"
+    named = f"2 touches have no reading (touch {ids[1]}, {ids[3]})"
+    note = f"{named}: nothing but a measured load is known, and the grade is 0"
     for given in (broken, tmp_path / "data" / "touches.csv"):
         read = bayestouch.infer(given, calibration, draws=256, check_sensor=False)
         expected = np.where(np.isin(ids, ids[[1, 3]]), 0, whole.sample_stats["grade"])
