@@ -34,6 +34,8 @@ Attributes: TypeAlias = dict[str, str]
 #: Increased when old versions cannot read the files of a new version; and all that can be read.
 FORMAT = "2"
 READABLE = ("1", FORMAT)
+#: Beginning of a note on groups that a file has and that were not read. It is true of that file only, and never saved.
+NOT_READ = "not read, because they take more than 1 GB together: "
 
 ROW_ARRAYS = ("predicted", "sd", "counts")
 #: Number of reads of a touch. Files of 0.1.0 do not have them.
@@ -154,7 +156,7 @@ def _attributes(kind: str, result: CalibrationData | PosteriorsData) -> Attribut
         "sensor_notes": _to_json(result.sensor.notes),
         "parameters": parameters_to_json(result.parameters),
         "settings": _to_json(result.settings),
-        "notes": _to_json(result.notes),
+        "notes": _to_json(tuple(note for note in result.notes if not note.startswith(NOT_READ))),
     }
     # Notes and settings name files, and the name of a file may hold bytes that are no text in UTF-8.
     return {name: text.encode(errors="replace").decode() for name, text in attributes.items()}

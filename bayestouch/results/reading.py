@@ -8,7 +8,7 @@ from pathlib import Path
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError, shown
 from bayestouch.results.from_groups import calibration_from_groups, grades_of, notes_of, touches_of
-from bayestouch.results.groups import READABLE
+from bayestouch.results.groups import NOT_READ, READABLE
 from bayestouch.results.netcdf import read_groups
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
@@ -63,7 +63,7 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
         raise InputError(error.message, file=path, column=error.column) from None
     if not unread:
         return result
-    note = f"not read, because they take more than 1 GB together: {', '.join(unread)} (open the file with xarray)"
+    note = f"{NOT_READ}{', '.join(unread)} (open the file with xarray)"
     return replace(result, notes=tuple(dict.fromkeys((*result.notes, note))))
 
 
