@@ -13,7 +13,7 @@ from bayestouch.data.checked import checked_number, checked_positive, checked_te
 from bayestouch.data.finger import Finger
 from bayestouch.data.geometry import Geometry
 from bayestouch.data.pad import Pad
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, shown
 from bayestouch.output.summary import Summarised, fields_in_short
 from bayestouch.output.text import number, plural
 
@@ -100,6 +100,18 @@ class Sensor(Summarised):
         checked_text(self.name, "name")
         checked_text(self.reading_unit, "unit")
         checked_text(self.reading_quantity, "quantity")
+        # The class of a geometry names its kind; bodies of other packages have classes of their own.
+        if not isinstance(getattr(type(self.body), "kind", None), str):
+            raise InputError(f"expected a Finger or a Pad, got {shown(self.body)}", column="body")
+        if not isinstance(self.rubber, Rubber):
+            raise InputError(f"expected a Rubber, got {shown(self.rubber)}", column="rubber")
+        for name, given in (("source", self.source), ("extra", self.extra)):
+            if not isinstance(given, Mapping):
+                raise InputError(f"expected a dict, got {shown(given)}", column=name)
+        for key, value in self.source.items():
+            checked_text(value, f"source.{key}")
+        if not isinstance(self.notes, tuple):
+            raise InputError(f"expected a tuple of text, got {shown(self.notes)}", column="notes")
         if self.force_noise_sd is not None:
             noise = checked_positive(self.force_noise_sd, self.body.force_noise_key)
             object.__setattr__(self, "force_noise_sd", noise)

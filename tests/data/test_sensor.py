@@ -265,6 +265,24 @@ def test_the_classes_check_what_code_gives_them() -> None:
         Sensor("s", Pad((0,)), force_noise_sd=0)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("body", "pad", "expected a Finger or a Pad, got 'pad'"),
+        ("body", Pad, "expected a Finger or a Pad, got <class"),
+        ("rubber", (0.15, 0.46), r"expected a Rubber, got \(0.15, 0.46\)"),
+        ("source", 3, "expected a dict, got 3"),
+        ("source.year", {"year": 1995}, "expected text, got 1995"),
+        ("extra", 3, "expected a dict, got 3"),
+        ("notes", 3, "expected a tuple of text, got 3"),
+    ],
+)
+def test_a_sensor_refuses_what_its_fields_cannot_be(name: str, value: object, message: str) -> None:
+    given = {"body": Pad((0.0,)), name.partition(".")[0]: value}
+    with pytest.raises(InputError, match=f"^column {name}: {message}"):
+        Sensor("s", **given)
+
+
 def test_an_error_survives_the_way_between_processes() -> None:
     error = InputError("expected a number", file="touches.csv", row=3, column="e01")
     again = pickle.loads(pickle.dumps(error))
