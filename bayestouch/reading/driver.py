@@ -17,6 +17,7 @@ from bayestouch.parallel.cluster import on_cluster
 from bayestouch.reading.options import Kept, Options
 from bayestouch.reading.touch_reader import AnyBlock
 from bayestouch.results.data import TouchRows
+from bayestouch.results.draws_on_file import NoDraws
 from bayestouch.results.growing_file import GrowingFile
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.partial import Partial, fingerprint_of, partial_folder
@@ -164,7 +165,8 @@ def _read_on_worker(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) ->
 def read_in_memory(run: TouchRun, kept: Kept, executor: Executor, progress: Progress | None) -> TouchPosteriors:
     """Posteriors of all touches, in memory."""
     blocks = {first: _copied(block) for first, block in _read(run, kept, executor, progress, set())}
-    return _joined([blocks[first] for first in sorted(blocks)])
+    joined = _joined([blocks[first] for first in sorted(blocks)])
+    return replace(joined, posterior=NoDraws()) if kept.summary_only else joined
 
 
 def read_to_file(

@@ -101,6 +101,8 @@ def test_summaries_alone(read: tuple[Touches, Calibration], whole: TouchPosterio
     alone = bayestouch.infer(*read, draws=DRAWS, seed=5, summary_only=True, output=output)
     assert len(alone.posterior) == 0
     assert "R" not in alone.posterior
+    with pytest.raises(InputError, match="only summaries were kept"):
+        alone.posterior["R"]
     for name in whole.posterior:
         np.testing.assert_allclose(alone.mean(name), whole.mean(name), rtol=1e-12)
         np.testing.assert_allclose(alone.interval(name), whole.interval(name), rtol=1e-12)
