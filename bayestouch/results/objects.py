@@ -152,7 +152,8 @@ class TouchPosteriors(PosteriorsData):
     tips : TipProbabilities or None
         Probability of each known tip for each touch, if the prior over indenters has known tips.
     estimates : mapping of (5, t) arrays
-        Mean, sd and 5, 50 and 95 % quantiles of all draws, also of those not kept; empty if all draws are kept.
+        Mean, sd and 5, 50 and 95 % quantiles of all draws, also of those not kept. Empty if all draws are kept
+        in memory; a result of `infer` with `output` has them always, so that its file need not be read for them.
     groups : mapping of mappings of (chain, draw, t) or (chain, draw, t, m) arrays
         Groups of the ArviZ schema that were asked for, by group and variable. Not read from files where they take more
         than 1 GB together: a note names them, and xarray opens them. What is saved then does not have them.
