@@ -16,6 +16,10 @@ def lacking(dataset: DataSet) -> Iterator[str]:
     if dataset.calibration is None:
         yield "no calibration table: touches.csv is split by location, and one half is used for calibration"
     fitted = dataset.touches if dataset.calibration is None else dataset.calibration
+    if not fitted.n_rows:
+        name = "touches" if dataset.calibration is None else "calibration"
+        yield f"no rows in {name}: the sensor cannot be calibrated"
+        return
     known = fitted.baseline_corrected().averaged()
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if in_scan_order(known):
@@ -33,7 +37,10 @@ def lacking(dataset: DataSet) -> Iterator[str]:
             "no reading without contact (depth, load or contact 0): an offset of the readings cannot be subtracted"
         )
         yield missing + elsewhere
-    yield from _references(dataset)
+    if dataset.touches.n_rows:
+        yield from _references(dataset)
+    else:
+        yield "no rows in touches: there is nothing to read"
 
 
 def _references(dataset: DataSet) -> Iterator[str]:

@@ -42,7 +42,7 @@ def checkerboard(touches: Touches, cell: float | None = None) -> BoolArray:
     Raises
     ------
     InputError
-        No touch has a location, or all are in one cell.
+        There are no rows, no touch has a location, or all are in one cell.
     """
     coordinates, group = _locations(touches)
     located = np.all([~np.isnan(values) for values in coordinates], axis=0)
@@ -117,6 +117,8 @@ def with_calibration(dataset: DataSet, cell: float | None = None) -> DataSet:
 
 def _locations(touches: Touches) -> tuple[list[FloatArray], IntArray]:
     """Coordinates of each touch, and the index of the touch of each row."""
+    if not touches.n_rows:
+        raise InputError("the table of touches has no rows")
     ids, group = groups(touches.touch)
     angle = None if touches.angle_deg is None else _around(touches.angle_deg)
     columns = [values for values in (angle, touches.x_mm, touches.y_mm) if values is not None]

@@ -42,6 +42,16 @@ def test_a_table_without_contact_is_described(
     assert "cannot be calibrated" in capsys.readouterr().out
 
 
+def test_a_table_without_rows_is_said_to_have_none(whole: Touches) -> None:
+    """Nothing is said of places or repeats, which no row could have."""
+    empty, sensor = whole.select([]), dataset(whole).sensor
+    advice = bayestouch.check(bayestouch.DataSet(sensor, None, empty)).facts["advice"]
+    assert advice[1:] == ["no rows in touches: the sensor cannot be calibrated"]
+    advice = bayestouch.check(bayestouch.DataSet(sensor, whole, empty)).facts["advice"]
+    assert advice[-1] == "no rows in touches: there is nothing to read"
+    assert not any("errors of" in line for line in advice)
+
+
 def test_what_is_drawn_of_two_tables_is_the_same_quantity(whole: Touches) -> None:
     """The calibration has loads and places; the touches lack the one, the other or both."""
     means = whole.averaged()

@@ -113,6 +113,7 @@ def test_a_staggered_grid_is_split(first: int, cell: float | None) -> None:
     [
         (touches_from([1, 2], np.ones((2, 1))), None, "without a reference location cannot be split"),
         (along([np.nan, np.nan]), None, "without a reference location cannot be split"),
+        (along([1.0]).select([]), None, "the table of touches has no rows"),
         (along([1.0, 1.0]), None, "all touches are in one cell"),
         (along([0.0, 1.0]), 2.0, "all touches are in one cell"),
         (along([0.0, 1.0]), 0.0, "expected a cell above zero, got 0.0"),
