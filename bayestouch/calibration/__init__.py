@@ -129,6 +129,8 @@ def calibrate(
     if discrepancy == "none" and "discrepancy_sd" in (priors or {}):
         raise InputError('prior of discrepancy_sd: discrepancy "none" has no such parameter')
     chosen = chosen_groups(groups) or None
+    if not isinstance(like, Calibration | str | Path | Sequence):
+        raise not_a("a calibration, its path, or a list of these", like, "bayestouch.load reads a calibration")
     earlier = (like,) if isinstance(like, Calibration | str | Path) else tuple(like)
     given = {
         "contact": contact,

@@ -102,8 +102,10 @@ def check_fit(touches: Touches, sensor: Sensor, *, file: str | Path | None = Non
     Raises
     ------
     InputError
-        The number of elements or the location columns differ from the sensor's.
+        They are no touches, or the number of elements or the location columns differ from the sensor's.
     """
+    if not isinstance(touches, Touches):
+        raise InputError(f"expected touches, got {type(touches).__name__}; read_touches reads their file", file=file)
     if touches.n_elements != sensor.n_elements:
         message = f"expected readings of {sensor.n_elements} elements, got {touches.n_elements}"
         raise InputError(message, file=file)

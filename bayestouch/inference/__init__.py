@@ -128,9 +128,11 @@ def infer(
     True
     >>> touches.save("posterior.nc")
     """
-    if isinstance(touches, DataSet):
-        raise not_a("touches", touches, "use its attribute touches")
     require_calibration(calibration)
+    if not isinstance(touches, Touches | str | Path):
+        is_whole = isinstance(touches, DataSet)
+        how = "use its attribute touches" if is_whole else "give the path of their file, or a table of a data set"
+        raise not_a("touches", touches, how)
     kept = Kept(draws, thin, summary_only, summarised=output is not None)
     chosen = chosen_groups(groups)
     options = Options(indenter, plug_in, use_load, check_sensor, each_sample, method, kept, seed, chosen)

@@ -25,9 +25,9 @@ def graded(statistics: Drawn, beyond: BoolArray, counts: FloatArray) -> Drawn:
     counts : (t, m) array
         Number of reads of each element. Without any, the posterior of a touch is the prior, which draws meet well.
     """
-    unread = ~(counts > 0).any(axis=1)
+    unread: BoolArray = np.asarray(~(counts > 0).any(axis=1))
     grade = np.where(beyond | unread, 0.0, statistics["grade"])
-    reasons = {BEYOND: beyond & ~unread, UNREAD: unread}
+    reasons: dict[str, BoolArray] = {BEYOND: beyond & ~unread, UNREAD: unread}
     return {**statistics, "grade": grade, **{name: each.astype(np.float64) for name, each in reasons.items()}}
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from bayestouch.array_types import FloatArray
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.errors import InputError, nearest, require_whole, shown
@@ -14,6 +16,13 @@ from bayestouch.results.schema import chosen_groups
 
 #: Ways to draw posteriors of touches.
 METHODS = ("emcee", "importance")
+
+
+def _require_flags(options: Kept | Options, *names: str) -> None:
+    """Raise an error if one of these options is neither True nor False: any text, "no" too, would count as True."""
+    for name in names:
+        if not isinstance(value := getattr(options, name), bool | np.bool_):
+            raise InputError(f"{name}: expected True or False, got {shown(value)}")
 
 
 @dataclass(frozen=True)
@@ -36,6 +45,9 @@ class Kept:
     thin: int = 1
     summary_only: bool = False
     summarised: bool = True
+
+    def __post_init__(self) -> None:
+        _require_flags(self, "summary_only")
 
     @property
     def everything(self) -> bool:
@@ -62,6 +74,9 @@ class Options:
     seed: int = 0
     groups: tuple[str, ...] = ()
     recorded_s: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        _require_flags(self, "plug_in", "use_load", "check_sensor", "each_sample")
 
     def check(self, source: TouchSource, calibration: Calibration) -> None:
         """Refuse options that are impossible.

@@ -14,7 +14,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.arrays import quantiles
 from bayestouch.data.sensor import Sensor
-from bayestouch.errors import InputError, few, nearest, not_a
+from bayestouch.errors import InputError, few, nearest, not_a, number_array
 from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import Parameter
 from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP, REST_READING, REST_READS
@@ -162,7 +162,7 @@ class PosteriorsData(Summarised):
     def _check(self, name: str) -> None:
         known = [*self.posterior, *self.estimates]
         if name not in known:
-            raise InputError(f"{name}: no such parameter; expected one of {few(known, 20)}{nearest(name, known)}")
+            raise InputError(f"{name}: no such parameter; expected one of {few(known, 20)}{nearest(str(name), known)}")
 
     def mean(self, name: str) -> FloatArray:
         """Posterior mean of a parameter, shape (t,)."""
@@ -189,6 +189,7 @@ class PosteriorsData(Summarised):
             is not 0.9.
         """
         self._check(name)
+        number_array("probability", probability, 0)
         if not 0 < probability < 1:
             raise InputError(f"probability: expected a number between 0 and 1, got {probability:g}")
         if name in self.estimates and probability == 0.9:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, not_a, shown
 from bayestouch.results.from_groups import calibration_from_groups, grades_of, notes_of, touches_of
 from bayestouch.results.groups import NOT_READ, READABLE
 from bayestouch.results.netcdf import read_groups
@@ -45,6 +45,8 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
     >>> again.sensor == calibration.sensor, again.posterior["sigma"].shape  # chains, draws
     (True, (4, 50))
     """
+    if not isinstance(path, str | Path):
+        raise not_a("the path of a posterior file", path, "Calibration.save and TouchPosteriors.save write one")
     groups, attributes, draws, unread = read_groups(path)
     kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")
     if kind not in ("calibration", "touches"):

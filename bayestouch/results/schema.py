@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError, nearest
+from bayestouch.errors import InputError, nearest, shown
 from bayestouch.results.data import TouchRows
 from bayestouch.version import __version__
 
@@ -46,13 +46,15 @@ def chosen_groups(names: str | Iterable[str]) -> tuple[str, ...]:
     InputError
         If a name is not among `GROUPS`.
     """
+    if not isinstance(names, Iterable):
+        raise InputError(f"groups: expected all, or some of {', '.join(GROUPS)}, got {shown(names)}")
     listed = [name.strip() for name in names.split(",") if name.strip()] if isinstance(names, str) else list(names)
     if listed == ["all"]:
         return GROUPS
     for name in listed:
         if name not in GROUPS:
             raise InputError(
-                f"groups: expected all, or some of {', '.join(GROUPS)}, got {name!r}{nearest(name, GROUPS)}"
+                f"groups: expected all, or some of {', '.join(GROUPS)}, got {name!r}{nearest(str(name), GROUPS)}"
             )
     return tuple(name for name in GROUPS if name in listed)
 

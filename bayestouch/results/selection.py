@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.arrays import nearest_turn
-from bayestouch.errors import InputError, few, shown
+from bayestouch.errors import InputError, few, number_array, shown
 from bayestouch.results.data import PosteriorsData, TouchRows
 from bayestouch.results.draws_on_file import DrawsOnFile
 
@@ -81,6 +81,8 @@ def positions_with(rows: TouchRows, wanted: Mapping[str, Wanted | None]) -> IntA
             raise InputError(f"{name}: touches of this sensor are chosen by {', '.join(known)}")
         if isinstance(value, slice) and value.step is not None:
             raise InputError(f"{name}: a slice of touches has no step, got {value.step}")
+        if not isinstance(value, slice):
+            number_array(name, value, 0, 1)
         this = _meets(known[name], value, turn="theta_c" in rows.location and name == "place")
         if not this.any():
             raise InputError(f"{name}: no touch has {_in_words(value)}; {_there_are(known[name])}")

@@ -89,3 +89,24 @@ def test_what_is_no_parameter(simulated: bayestouch.SimulatedDataSet, calibratio
         bayestouch.InputError, match=r"^probability: only summaries were kept, expected 0\.9, got 0\.5$"
     ):
         kept.interval("R", 0.5)
+
+
+def test_other_slips_in_a_notebook(simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration) -> None:
+    data, given = simulated.dataset, calibration
+    frame: Any = data.to_dataframe()
+    read: Any = bayestouch.infer(data.touches.select(data.touches.touch == data.touches.touch[0]), given, draws=64)
+    wrong: dict[str, Callable[[], object]] = {
+        "expected touches, got DataFrame": lambda: bayestouch.infer(frame, given),
+        "touches: expected touches, got DataFrame": lambda: bayestouch.DataSet(data.sensor, None, frame),
+        "groups: expected all, or some of": lambda: bayestouch.infer(data.touches, given, groups=None),  # type: ignore[arg-type]
+        "groups: expected all": lambda: bayestouch.infer(data.touches, given, groups=[1]),  # type: ignore[list-item]
+        "plug_in: expected True or False, got 'no'": lambda: bayestouch.Reader(given, plug_in="no"),  # type: ignore[arg-type]
+        "expected a calibration, its path, or a list": lambda: bayestouch.calibrate(data, like=3),  # type: ignore[arg-type]
+        "expected the path of a posterior file, got NoneType": lambda: bayestouch.load(None),  # type: ignore[arg-type]
+        "3: no such parameter": lambda: read.mean(3),
+        "probability: expected a number, got [0.5, 0.9]": lambda: read.interval("R", [0.5, 0.9]),
+        "touch: expected a list of numbers, got 'a'": lambda: read.sel(touch="a"),
+    }
+    for message, call in wrong.items():
+        with pytest.raises(bayestouch.InputError, match=f"^{re.escape(message)}"):
+            call()
