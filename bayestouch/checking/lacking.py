@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from bayestouch.checking.order import SCAN, in_scan_order
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.model.body import body_of
 
@@ -21,6 +22,7 @@ def lacking(dataset: DataSet) -> Iterator[str]:
         yield f"no rows in {name}: the sensor cannot be calibrated"
         return
     known = fitted.baseline_corrected().averaged()
+    yield from _loads_below_noise(dataset, known)
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if in_scan_order(known):
         yield SCAN
@@ -41,6 +43,17 @@ def lacking(dataset: DataSet) -> Iterator[str]:
         yield from _references(dataset)
     else:
         yield "no rows in touches: there is nothing to read"
+
+
+def _loads_below_noise(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
+    """A line if most loads are smaller than the noise of the force sensor: then nothing would have been measured."""
+    sensor, load = dataset.sensor, np.abs(known.load[np.isfinite(known.load)])
+    noise, body = sensor.force_noise_sd, sensor.body
+    if noise is not None and len(load) and (typical := float(np.median(load))) < noise:
+        yield (
+            f"{body.load_column} is {typical:.3g} {body.load_unit} in the median, less than the noise of the force "
+            f"sensor, {noise:g} {body.load_unit}: is one of them in another unit?; state both in {body.load_unit}"
+        )
 
 
 def _references(dataset: DataSet) -> Iterator[str]:

@@ -16,6 +16,7 @@ from bayestouch.data.baseline import NO_REST
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
+from bayestouch.finger.far_from_priors import far_from_priors
 from bayestouch.finger.fit import FingerFit, fit_finger, with_offsets, without_offsets
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of
@@ -207,6 +208,7 @@ def finger_calibration(
         samples=means.samples[used],
         load_reads=means.reads_of_load[used],
     )
+    finger, posterior = finger_of(sensor), public_draws(fit, vectors)
     typical = float(np.nanmean(rows.load))
     covariance = np.cov(linear_vectors(layout_, fit.likelihood.sign, every).T)
     extra = {} if rest is None else {REST_READING: rest}
@@ -216,7 +218,7 @@ def finger_calibration(
         sensor=sensor,
         parameters=priors.parameters(sensor.reading_unit, discrepancy=layout_.discrepancy),
         mode=public_mode(fit),
-        posterior=public_draws(fit, vectors),
+        posterior=posterior,
         covariance=covariance,
         layout=layout(layout_.n_elements),
         noise=noise_of(touches, layout_, every.reshape(-1, every.shape[-1])),
@@ -237,7 +239,16 @@ def finger_calibration(
             "acceptance": float(drawn.acceptance.min()),
         },
         extra=extra,
-        notes=tuple(dict.fromkeys((*with_no_offset(notes), *_noise_notes(touches, priors), *_left_out(used)))),
+        notes=tuple(
+            dict.fromkeys(
+                (
+                    *with_no_offset(notes),
+                    *_noise_notes(touches, priors),
+                    *_left_out(used),
+                    *far_from_priors(priors.parameters(sensor.reading_unit, discrepancy=False), posterior, finger),
+                )
+            )
+        ),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_without_effects(fit, vectors, groups, seed),

@@ -9,11 +9,29 @@ import numpy as np
 from bayestouch.data.arrays import turned
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
+from bayestouch.data.finger import Finger
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.model.misplaced import misplaced
+
+# No finger with several elements is thinner than a hair, in mm; in metres, every finger below 100 mm looks so.
+HAIR_MM = 0.1
+# Elements nearer to each other than this share of the rubber's thickness above the core read the same. Pitches of
+# elements are a tenth to twice the thickness, and in radians 57 times smaller.
+LEAST_PITCH = 0.05
+
+
+def _units(finger: Finger) -> Iterator[str]:
+    """Questions about units of lengths and angles with which no finger is built."""
+    if finger.outer_radius_mm < HAIR_MM:
+        yield f"outer_radius_mm is {finger.outer_radius_mm:g}: is it in metres?; state all lengths in mm"
+    pitch, thickness = finger.pitch_deg, finger.outer_radius_mm - finger.core_radius_mm
+    if pitch is None or np.radians(pitch) * finger.outer_radius_mm > LEAST_PITCH * thickness:
+        return
+    if (largest := max(map(abs, finger.element_angles_deg))) <= 2 * np.pi:
+        yield f"all element_angles_deg are within ±{largest:.3g}: are they in radians?; state all angles in degrees"
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -27,6 +45,7 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
         Touches with references, from the calibration table or, without one, from the only table.
     """
     finger = finger_of(dataset.sensor)
+    yield from _units(finger)
     if known.angle_deg is None:
         yield "cannot be calibrated: no angle_deg"
         return

@@ -88,7 +88,9 @@ class FingerLikelihood:
         """Lowest and highest value of each coordinate of the chain, (3 m + 2,) each."""
         low, high = (ends.copy() for ends in self.prior.bounds)
         log_mu, sigma = self.layout.log_mu, self.layout.sigma
-        low[log_mu] = max(low[log_mu], softest(self.model.finger, self.model.largest_load, float(low[sigma])))
+        # Where a function of place makes the surface flatter, a flat has a larger radius than the finger.
+        radius = float(self.known.radius_mm.max())
+        low[log_mu] = max(low[log_mu], softest(self.model.finger, self.model.largest_load, float(low[sigma]), radius))
         return low, high
 
     def _reach(self, centre: FloatArray, sd: FloatArray, times: float) -> Reach:

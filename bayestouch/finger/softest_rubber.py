@@ -13,7 +13,7 @@ from bayestouch.data.sensor import Finger
 SHORT_OF_THE_END = 0.95
 
 
-def softest(finger: Finger, largest_load: float, lowest_poisson_ratio: float) -> float:
+def softest(finger: Finger, largest_load: float, lowest_poisson_ratio: float, largest_radius_mm: float = 0.0) -> float:
     """Lower bound of log μ (MPa), at which a flat under the largest load has the widest contact with a solution.
 
     κ of this contact is 95 % of the smaller of two values: ``10 r_b²``, and κ at the end of the table of contacts.
@@ -26,9 +26,12 @@ def softest(finger: Finger, largest_load: float, lowest_poisson_ratio: float) ->
         Largest load, N/m.
     lowest_poisson_ratio : float
         Lower bound of σ.
+    largest_radius_mm : float
+        Largest composite radius, mm, if the surface may be flatter somewhere than the circle.
     """
     radii = (finger.core_radius_mm, finger.outer_radius_mm)
-    return float(np.log(largest_load / 1000 * radii[1] / _widest_kappa(radii, lowest_poisson_ratio)))
+    radius = max(radii[1], largest_radius_mm)
+    return float(np.log(largest_load / 1000 * radius / _widest_kappa(radii, lowest_poisson_ratio)))
 
 
 @lru_cache(maxsize=8)

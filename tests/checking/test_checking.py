@@ -140,3 +140,14 @@ def test_rows_of_one_touch_at_two_places_are_remarked() -> None:
     assert said == [
         "1 touch at more than one place: rows with one number are averaged, so give each touch a number of its own"
     ]
+
+
+@pytest.mark.parametrize(("times", "said"), [(1.1, False), (0.9, True), (None, False)])
+def test_loads_below_the_noise_of_the_force_sensor(whole: Touches, times: float | None, said: bool) -> None:
+    """As loads in N/mm are, with a noise in N/m: half of them are smaller than it."""
+    made = dataset(whole)
+    middle = float(np.median(whole.averaged().load))
+    sensor = replace(made.sensor, force_noise_sd=None if times is None else middle / times)
+    advice = bayestouch.check(replace(made, sensor=sensor)).facts["advice"]
+    line = f"load_N_per_m is {middle:.3g} N/m in the median, less than the noise of the force sensor"
+    assert any(each.startswith(line) for each in advice) == said

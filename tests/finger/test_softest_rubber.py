@@ -34,3 +34,11 @@ def test_fits_with_and_without_effects_have_the_same_bound() -> None:
     at, (low, _) = likelihood.layout, likelihood.bounds
     assert low[at.log_mu] == likelihood.model.prior()[2][at.log_mu]
     assert low[at.log_mu] == softest(finger, likelihood.model.largest_load, float(low[at.sigma]))
+
+
+def test_a_flatter_surface_needs_stiffer_rubber() -> None:
+    """κ = P R/μ is the same at the bound: twice the radius, twice the modulus; no surface makes it softer."""
+    finger = finger_of(small(FINGER).dataset.sensor)
+    bounds = [softest(finger, 600.0, 0.3, times * finger.outer_radius_mm) for times in (0.5, 1.0, 2.0)]
+    np.testing.assert_allclose(np.diff(bounds), [0.0, np.log(2.0)], atol=1e-12)
+    assert bounds[0] == softest(finger, 600.0, 0.3)

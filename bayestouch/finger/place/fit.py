@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, settled_fit, without_offsets
 from bayestouch.finger.place.choice import choose_functions
 from bayestouch.finger.place.functions import PlaceFunctions
@@ -22,6 +23,11 @@ DISCREPANCY_SETTING = "discrepancy"
 # second fit refers them to fitted angles. With curvatures the third fit changes the result negligibly.
 FITS, FITS_OF_SURFACE = 2, 3
 
+NO_CONTACT = (
+    "Discrepancy as a function of place: not taken, because these touches would make the surface so flat that no "
+    "contact has a solution. Loads, radii or the shear modulus may be in a wrong unit."
+)
+
 
 def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePosterior | None, tuple[str, ...]]:
     """Fit a finger with functions of place, if these predict held-out places better or are `wanted`.
@@ -36,7 +42,13 @@ def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePost
     choice = choose_functions(plain, wanted=wanted)
     if choice is None:
         return fit, None, ()
-    return (*fit_with_places(plain, choice.functions), (choice.note,))
+    try:
+        return (*fit_with_places(plain, choice.functions), (choice.note,))
+    except InputError:
+        if wanted:
+            raise
+        # What the functions made of the surface has no contact; the data are not wrong because of a trial.
+        return fit, None, (NO_CONTACT,)
 
 
 def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFit, PlacePosterior]:

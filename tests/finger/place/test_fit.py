@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from place_cases import MAP, SURFACE, missed_finger, missed_fit, touches
 
 from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.errors import InputError
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.local_series import LARGEST_ERROR, LocalSeries
+from bayestouch.finger.place import fit as fits
 from bayestouch.finger.place import functions
 from bayestouch.finger.place.chain import FingerWithPlaces
-from bayestouch.finger.place.fit import fit_with_places
+from bayestouch.finger.place.fit import fit_of_places, fit_with_places
 from bayestouch.finger.place.functions import PlaceFunctions, Process
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.reading.places import CovarianceWithPlaces
@@ -140,3 +144,19 @@ def test_arrays_hold_it() -> None:
     touch = touches(5)
     one, other = (CovarianceWithPlaces(FingerWithPlaces(fit.chain, each))(*touch) for each in (places, again))
     np.testing.assert_allclose(other, one, rtol=1e-4, atol=1e-6 * one.max())
+
+
+def test_a_surface_without_a_contact_is_not_an_error_of_the_data(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Functions that were only tried are not taken; those that were asked for are refused."""
+
+    def refused(*_: object) -> None:
+        raise InputError("more than the table's widest contact")
+
+    fit: Any = "as it was"
+    choice = SimpleNamespace(functions=None, note="better")
+    monkeypatch.setattr(fits, "without_offsets", lambda fit: fit)
+    monkeypatch.setattr(fits, "choose_functions", lambda fit, wanted: choice)
+    monkeypatch.setattr(fits, "fit_with_places", refused)
+    assert fit_of_places(fit, wanted=False) == (fit, None, (fits.NO_CONTACT,))
+    with pytest.raises(InputError, match="widest contact"):
+        fit_of_places(fit, wanted=True)
