@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.blocks import FOLDS, time_blocks
-from bayestouch.diagnosis.place_or_time import Densities, blocks_of, densities_of_held_out
+from bayestouch.diagnosis.place_or_time import Densities, blocks_of, densities_of_held_out, lowers_errors
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.model.candidates import Candidate
 from bayestouch.model.correction import Correction
@@ -74,10 +74,13 @@ def held_out_each_way(fitted: Fitted, model: Linearised, by_time: FloatArray) ->
 def gained_in_place(
     fitted: Fitted, correction: Correction | None, before: FloatArray
 ) -> tuple[float, float, Densities | None]:
-    """Gain of held-out log density by a correction, its standard error, and `held_out_each_way`; none without one."""
-    if correction is None:
+    """Gain of held-out log density by a correction, its standard error, and `held_out_each_way`.
+
+    A correction that does not lower the squared error of held-out touches is as none: zero, zero and None.
+    """
+    after = before if correction is None else held_out_density(correction.linear, folds(fitted))
+    if correction is None or not lowers_errors(before, after):
         return 0.0, 0.0, None
-    after = held_out_density(correction.linear, folds(fitted))
     return *paired(gained(after - before)), held_out_each_way(fitted, correction.linear, after)
 
 

@@ -4,6 +4,10 @@ Touches are held out in blocks of time, and in blocks of places with whatever wa
 does not know a time that was held out, functions of place do not know a place. Each is named only if it predicts better
 in one way and not worse in the other; if neither does, the order of the touches does not distinguish them.
 
+Functions of place count for nothing unless they lower the squared error of touches that are held out across times.
+Where the misfit changes from touch to touch, as with places that are wrong at random, they are uncertain by as much as
+the misfit, and this alone increases the log density, while their mean predicts worse than the model without them.
+
 In a scan the touches before are those of the places beside, so that an effect of earlier touches can follow errors that
 belong to a place. Where functions of place predict better in one way and not worse in the other, it stays only if it is
 better also beside them. Where they do not, it stays: unlike a drift it follows a formula, and cannot follow everything.
@@ -103,8 +107,22 @@ def still_drift(effect: Effect, fitted: Fitted) -> bool:
     blocks, places = blocks_of(less), fit_correction(less)
     if places is None:
         return True
+    fold = blocks["times"] % FOLDS
+    if not lowers_errors(held_out_density(less.linear, fold), held_out_density(places.linear, fold)):
+        return True
     drift, place = (densities_of_held_out(each, blocks) for each in (fitted.linear, places.linear))
     return all(each.is_drift for each in place_or_time(less, {effect.name: drift}, place))
+
+
+def lowers_errors(model: FloatArray, places: FloatArray) -> bool:
+    """True if functions of place lower the squared error of held-out touches.
+
+    Parameters
+    ----------
+    model, places : (t, 3) array
+        Result of `bayestouch.model.predictive.held_out_density` across times, by a model without and with them.
+    """
+    return bool(places[:, 2].sum() > model[:, 2].sum())
 
 
 def in_place(fitted: Fitted, model: Densities | None, places: Densities | None) -> dict[str, Difference] | None:

@@ -74,6 +74,26 @@ def test_densities_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
     assert list(found) == ["times", "places"]
 
 
+@pytest.mark.parametrize(("squares", "counts"), [(-4.0, True), (-6.0, False)])
+def test_functions_of_place_that_predict_worse_gain_nothing(
+    monkeypatch: pytest.MonkeyPatch, squares: float, counts: bool
+) -> None:
+    """By their variance alone they gain 30 of log density; half the squared error of three touches is 15 without them.
+
+    With them it is 12, or 18.
+    """
+    before = np.array([[-9.0, -1.0, -5.0]] * 3)
+    after = before + [10.0, 0.0, squares + 5.0]
+    monkeypatch.setattr(comparison, "folds", lambda fitted: np.arange(3))
+    monkeypatch.setattr(comparison, "held_out_density", lambda linear, fold: {"placed": after}[linear])
+    monkeypatch.setattr(comparison, "held_out_each_way", lambda fitted, linear, by_time: {"times": by_time})
+    fitted: Any = None
+    correction: Any = SimpleNamespace(linear="placed")
+    gain, error, held_out = comparison.gained_in_place(fitted, correction, before)
+    assert (gain, error) == ((30.0, 0.0) if counts else (0.0, 0.0)) and (held_out is not None) == counts
+    assert comparison.gained_in_place(fitted, None, before) == (0.0, 0.0, None)
+
+
 def test_noise_estimated_again() -> None:
     """Where the scatter is s, all touches together gain what the likelihood gains from sd 1 to its maximum."""
     rng = np.random.default_rng(4)
