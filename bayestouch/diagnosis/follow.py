@@ -82,6 +82,9 @@ def trace(
     in_place = remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0
     with_correction = _corrected(replace(explaining, fitted=final)) if in_place else None
     with_found, corrected = both_evaluated(with_effects, with_correction)
+    # The errors of a model with a correction are not those of a calibration that reads touches without it.
+    if corrected is not None and not begun.evaluation.uses_correction(corrected.calibration):
+        corrected = None
     explained = with_found or before
     after, refused = harmless(
         before,

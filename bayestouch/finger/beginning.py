@@ -148,6 +148,10 @@ class FingerEvaluation:
         )
         return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)
 
+    def uses_correction(self, calibration: Calibration) -> bool:
+        """True: a correction always becomes a part of the calibration."""
+        return True
+
     def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
         """Posterior density of the fit as a function."""
         unit = self.data.dataset.sensor.reading_unit

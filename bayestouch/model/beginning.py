@@ -22,6 +22,10 @@ class Evaluation(Protocol):
         """Posterior of the fit, for `bayestouch.infer`."""
         ...
 
+    def uses_correction(self, calibration: Calibration) -> bool:
+        """Whether a calibration of a fit with a correction reads touches with it."""
+        ...
+
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""
         ...

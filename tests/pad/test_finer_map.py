@@ -205,3 +205,17 @@ def test_a_diagnosis_with_a_correction_reads_with_it() -> None:
     # Of 60 held-out touches 54 are expected; three standard deviations of the binomial distribution are 7.
     for key in ("coverage_90", "P_coverage_90"):
         assert 47 / 60 <= after[key] <= 1.0
+
+
+def test_a_finer_map_that_is_not_used_has_no_errors_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the empirical map already has what a finer one would add, errors after are those of the map before.
+
+    They were those of the fit with the correction, though the calibration had no bit of it.
+    """
+    monkeypatch.setattr("bayestouch.pad.calibration_with_effects.WORTH_A_MAP", np.inf)
+    pad, table = bent(4, 240)
+    found = bayestouch.diagnose(replace(pad.dataset(table), calibration=None), kernel="gaussian", sample=False)
+    numbers = found.numbers
+    assert numbers["rounds"][-1]["correction_elpd_gain"] > 3 * numbers["rounds"][-1]["correction_elpd_gain_se"] > 0
+    assert numbers["calibration_after"] == {"effects": [], "correction": False} and numbers["correction"] is None
+    assert numbers["after"] == numbers["before"] and found.calibration_after is found.calibration_before
