@@ -83,7 +83,7 @@ def test_functions_of_place_that_predict_worse_gain_nothing(
     With them it is 12, or 18.
     """
     before = np.array([[-9.0, -1.0, -5.0]] * 3)
-    after = before + [10.0, 0.0, squares + 5.0]
+    after = before + np.array([10.0, 0.0, squares + 5.0])
     monkeypatch.setattr(comparison, "folds", lambda fitted: np.arange(3))
     monkeypatch.setattr(comparison, "held_out_density", lambda linear, fold: {"placed": after}[linear])
     monkeypatch.setattr(comparison, "held_out_each_way", lambda fitted, linear, by_time: {"times": by_time})
