@@ -18,7 +18,7 @@ def copies(table: Touches, of: Touches | None = None) -> IntArray:
 
     A copy has the readings of all elements in all samples, the loads and the places of another touch. Readings that a
     touch may have by chance do not count: those that are all zero or at an end of the range, and samples that are all
-    alike (a coarse or an exact readout) at another time.
+    the same (a coarse or an exact readout) at another time.
 
     Parameters
     ----------
