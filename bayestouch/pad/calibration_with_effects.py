@@ -157,7 +157,7 @@ def pad_calibration(
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},
-        notes=(*made.notes, *_notes(effects), *targets_missed(made.statistics, draws)),
+        notes=(*made.notes, *_notes(effects), *fitted.notes, *targets_missed(made.statistics, draws)),
     )
 
 
