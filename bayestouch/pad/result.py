@@ -163,7 +163,10 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
             )
     if np.isfinite(problem.known.pure_error_variance).any():
         return notes
-    why = "the samples of each touch are all equal" if problem.known.repeats_equal else "no touch was read twice"
+    if problem.samples != "mean":
+        why = f"the {problem.samples} sample of each touch is used, as readings creep"
+    else:
+        why = "the samples of each touch are all equal" if problem.known.repeats_equal else "no touch was read twice"
     if np.isfinite(problem.read_variance).any():
         notes.append(
             f"{why}: the noise of one reading is that of the rest readings, and what is beyond it "

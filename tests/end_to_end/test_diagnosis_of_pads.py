@@ -15,7 +15,7 @@ from bayestouch.effects import Setting, effect_classes
 from bayestouch.errors import InputError
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.split_data import SplitData
+from bayestouch.model.split_data import SplitData, joined_tables
 from bayestouch.pad.corrected import STEPS, PadEffects
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.start import pad_fit
@@ -71,6 +71,22 @@ def test_creep_is_found_and_taken_out_of_readings() -> None:
     assert expected < 0.5 * before["prediction_error_percent_peak"]
     # What is left is noise: 0.05 of peaks between 10 and 16.
     assert after["prediction_error_percent_peak"] < 1.1 * 100 * np.mean(0.05 / pad.chain.gain)
+    # Every touch has four samples, of which one is used.
+    for calibration in (found.calibration_before, found.calibration_after):
+        assert any(note.startswith("the first sample of each touch is used, as") for note in calibration.notes)
+        assert not any("read twice" in note for note in calibration.notes)
+
+
+def test_a_rest_reading_that_touches_share_is_not_said_to_be_missing() -> None:
+    """A touch without contact before the others; with it subtracted, none is left in the table that calibrates."""
+    pad = line(share=0.0, load_spread=0.0)
+    table = pressed(pad, samples=2, touches=60)
+    rest = table.select(np.arange(20)).with_(touch=np.full(20, -1), readings=np.zeros((20, 4)), load=np.zeros(20))
+    for tables, missing in (((rest, table), False), ((table,), True)):
+        found = diagnosed(pad, joined_tables(*tables), sample=False)
+        assert (
+            "no reading without contact: readings are taken as they are" in found.calibration_before.notes
+        ) == missing
 
 
 @pytest.fixture(scope="module")
