@@ -16,7 +16,7 @@ import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.pad_map import PadMap
-from bayestouch.data.baseline import shared_rest_reads
+from bayestouch.data.baseline import NO_REST, shared_rest_reads
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.touches import Touches
@@ -144,7 +144,8 @@ def pad_calibration(
         made = replace(made, extra={**made.extra, **_following(effects, moved, chosen, map_).arrays()})
     # The rest reading is already subtracted from the table; touches read later need it.
     made = made.with_rest_reading(rest, rest_reads)
-    made = replace(made, sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
+    of_table = [note for note in made.notes if rest is None or note != NO_REST]
+    made = replace(made, sensor=as_built, notes=tuple(dict.fromkeys((*notes, *of_table))))
     if not added:
         return made
     noise, statistics = with_later_drifts(made.noise, fitted), made.statistics
