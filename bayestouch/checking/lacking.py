@@ -6,10 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bayestouch.array_types import BoolArray
 from bayestouch.checking.order import SCAN, in_scan_order
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
+from bayestouch.data.touches import Touches
+from bayestouch.errors import few
 from bayestouch.model.body import body_of
+from bayestouch.model.split_data import DEAD
 
 
 def lacking(dataset: DataSet) -> Iterator[str]:
@@ -26,6 +30,13 @@ def lacking(dataset: DataSet) -> Iterator[str]:
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if in_scan_order(known):
         yield SCAN
+    if dead := _named(~fitted.usable_elements):
+        yield f"{dead}: {DEAD}; nothing is learnt from it, and it is left out"
+    if steps := _named(coarse_elements(fitted, known)):
+        yield (
+            f"{steps}: readings come in steps of more than twice their noise, so that the samples of a touch share a "
+            "rounding error, which averaging does not reduce; record more digits, or use a smaller range"
+        )
     if known.repeats_equal:
         yield (
             "the samples of each touch are all equal, so that they say nothing of the noise, and it cannot be "
@@ -54,6 +65,34 @@ def _loads_below_noise(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
             f"{body.load_column} is {typical:.3g} {body.load_unit} in the median, less than the noise of the force "
             f"sensor, {noise:g} {body.load_unit}: is one of them in another unit?; state both in {body.load_unit}"
         )
+
+
+def coarse_elements(touches: Touches, known: TouchMeans) -> BoolArray:
+    """Elements (m,) whose readings come in steps that are larger than twice their noise.
+
+    With a noise σ of half a step q or more, the rounding errors of samples are independent of each other, and have the
+    variance q²/12: samples of a touch scatter by σ² + q²/12, which is q²/3 or more. With less noise the samples of a
+    touch are rounded alike.
+
+    Parameters
+    ----------
+    touches : Touches
+        Readings as recorded.
+    known : TouchMeans
+        Means of the same touches.
+    """
+    out = np.full(known.n_elements, False)
+    for k, column in enumerate(touches.readings.T):
+        levels, times = np.unique(column[np.isfinite(column)], return_counts=True)
+        # Readings of many digits hardly ever have the same value twice: their smallest difference is no step.
+        if len(levels) < 2 or times.sum() < 2 * len(levels):
+            continue
+        out[k] = known.pure_error_variance[k] < np.diff(levels).min() ** 2 / 3
+    return out
+
+
+def _named(elements: BoolArray) -> str:
+    return few([f"e{k + 1:02d}" for k in np.flatnonzero(elements)])
 
 
 def _references(dataset: DataSet) -> Iterator[str]:

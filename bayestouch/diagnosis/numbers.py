@@ -19,6 +19,7 @@ from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, structure_left, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
+from bayestouch.model.split_data import left_out_elements
 from bayestouch.model.touch_errors import TouchErrors
 from bayestouch.results.objects import Calibration
 from bayestouch.results.targets import kept_draws
@@ -38,6 +39,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
             "touches": len(np.unique(data.table.touch[data.training | data.held_out])),
             "elements": data.dataset.sensor.n_elements,
             "held_out_touches": data.n_held_out,
+            "elements_left_out": left_out_elements(data.table, data.training | data.held_out),
             "fingerprints": data_fingerprints(dataset),
         },
         "noise_floor_percent_peak": _noise_floor(traced),

@@ -9,6 +9,8 @@ from typing import Any
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.verdict import structure_left
 from bayestouch.effects.effect import OWN
+from bayestouch.errors import few
+from bayestouch.model.split_data import DEAD
 from bayestouch.output.text import listed
 from bayestouch.results.targets import targets_missed
 
@@ -53,6 +55,8 @@ def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[s
     A page that draws the probabilities of causes as bars leaves out their sentence (`with_causes`).
     """
     out = [*worse_lines(numbers), verdict_sentence(numbers)]
+    if dead := numbers["data"].get("elements_left_out"):
+        out.append(f"Left out: {few(dead)} ({DEAD}).")
     for effect in numbers["effects"]:
         line = f"Found {effect['name']} ({effect['summary']}): {_values(effect['parameters'])}."
         if effect["indistinguishable_from"]:

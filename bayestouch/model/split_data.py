@@ -27,6 +27,8 @@ NOTHING_KNOWN = (
     "no touch that presses has a known indenter, location and reading, so that there is nothing to fit: give "
     "indenter_radius_mm (on a finger) and the location for some touches at least"
 )
+#: Why an element is left out.
+DEAD = "no readings, or the same one in every row"
 WITHOUT_LOAD = "calibration touches without a load above zero are left out"
 CORRECTED_REST = (
     "the rest reading that touches share is the mean of few no-contact rows: it is corrected by what these touches show"
@@ -299,10 +301,8 @@ class SplitData:
 def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
     """Remarks on readings and samples that are missing in `rows`, the rows used in fits."""
     out = []
-    dead = np.flatnonzero(np.isnan(table.readings[rows]).all(axis=0))
-    if len(dead):
-        names = few([f"e{i + 1:02d}" for i in dead])
-        out.append(f"{names}: no readings, or the same one in every row; left out")
+    if dead := left_out_elements(table, rows):
+        out.append(f"{few(dead)}: {DEAD}; left out")
     seen = table.touch[rows & table.in_contact]
     once = len(np.unique(seen)) == len(seen)
     noise = "the noise is that of readings far from the touch, and effects of the noise"
@@ -311,6 +311,11 @@ def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
     elif not once and average(table.select(rows)).repeats_equal:
         out.append(f"the samples of each touch are all equal: {noise} cannot be seen")
     return tuple(out)
+
+
+def left_out_elements(table: Touches, rows: BoolArray) -> list[str]:
+    """Names of the elements without readings in `rows`, of a table without those of dead elements."""
+    return [f"e{k + 1:02d}" for k in np.flatnonzero(np.isnan(table.readings[rows]).all(axis=0))]
 
 
 def joined_tables(*tables: Touches) -> Touches:

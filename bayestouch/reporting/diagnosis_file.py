@@ -58,7 +58,10 @@ SCHEMA = _object(
     data=_object(
         elements=_NUMBER,
         held_out_touches=_NUMBER,
-        later={"fingerprints": _object(sensor=_HASH, calibration=_HASH, touches=_HASH)},
+        later={
+            "elements_left_out": _list_of(_TEXT),
+            "fingerprints": _object(sensor=_HASH, calibration=_HASH, touches=_HASH),
+        },
     ),
     before=_ERRORS,
     after=_ERRORS,

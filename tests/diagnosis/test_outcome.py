@@ -65,6 +65,12 @@ def test_all_of_it() -> None:
     ]
 
 
+def test_elements_that_are_left_out_are_named() -> None:
+    told = sentences(numbers("adequate", data={"held_out_touches": 100, "elements_left_out": ["e03", "e07"]}))
+    assert told[1] == "Left out: e03, e07 (no readings, or the same one in every row)."
+    assert not [each for each in sentences(numbers("adequate")) if each.startswith("Left out")]
+
+
 def test_a_correction_that_was_refused_is_not_said_to_be_used() -> None:
     told = sentences(numbers("partly explained", correction={}, calibration_after={"correction": False}))
     assert not [each for each in told if each.startswith("Errors after are with a correction")]
