@@ -72,7 +72,7 @@ def coarse_elements(touches: Touches, known: TouchMeans) -> BoolArray:
 
     With a noise σ of half a step q or more, the rounding errors of samples are independent of each other, and have the
     variance q²/12: samples of a touch scatter by σ² + q²/12, which is q²/3 or more. With less noise the samples of a
-    touch are rounded alike.
+    touch have the same rounding error.
 
     Parameters
     ----------
