@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.known_touches import LEAST_LOAD
 from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
@@ -75,6 +76,7 @@ class FingerDensity:
         else:
             # The covariance depends on the prediction, through the error of the load: its determinant is needed.
             data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd)
+            data = data + log_prior_of_loads(left, slope, predicted, spread.weight, spread.load_sd).sum(axis=1)
         data = data + 0.5 * spread.log_weight
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
@@ -82,8 +84,9 @@ class FingerDensity:
     def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
         """Log density (n, t) of the mean readings of each touch, given flat vectors (n, d) and the measured load.
 
-        The error of the load is integrated out. The scatter of repeats about their means is not included. Functions of
-        place are drawn given all readings, once for each vector; given these functions, touches are independent.
+        The true load is integrated out, with the prior of `log_prior_of_loads`. The scatter of repeats about their
+        means is not included. Functions of place are drawn given all readings, once for each vector; given these
+        functions, touches are independent.
         """
         rng = np.random.default_rng(0)
         known, missing = self.likelihood.known, self.likelihood.missing
@@ -100,7 +103,8 @@ class FingerDensity:
             along = (weight * left * shared).sum(axis=-1)
             distance = (weight * left**2).sum(axis=-1) - along**2 / (1 + length2)
             volume = np.where(missing, 0.0, np.log(2 * np.pi / np.where(missing, 1.0, weight))).sum(axis=-1)
-            out[part] = -0.5 * (distance + volume + np.log1p(length2))
+            prior = log_prior_of_loads(left, slope, predicted, weight, spread.load_sd)
+            out[part] = -0.5 * (distance + volume + np.log1p(length2)) + prior
         return out
 
     def replicated(self, vectors: FloatArray, rng: np.random.Generator, *, from_prior: bool = False) -> FloatArray:
@@ -143,3 +147,31 @@ class FingerDensity:
         pull, precision = shared_error(left, slope, spread.sd, spread.load_sd)
         variance = 1 / precision
         return likelihood.known.load + variance * pull, np.sqrt(variance)
+
+
+def log_prior_of_loads(
+    left: FloatArray, slope: FloatArray, predicted: FloatArray, weight: FloatArray, load_sd: FloatArray
+) -> FloatArray:
+    """Log (n, t) of the prior of the true load P of each touch, 1/P, over that at the load of the prediction.
+
+    A prior that is flat in P would pull the common scale of the gains down: one ``P``, integrated out, leaves a factor
+    ``1/(dy/dP)``, which is inversely proportional to the gains. A prior that is flat in ``log P`` leaves
+    ``1/(P dy/dP)``. At the true load this is a matter of the readings ``y`` alone, since for a power of the load
+    ``P dy/dP`` is proportional to ``y``. So the factor is the predicted readings over those that are expected at the
+    true load, along `slope`; it is that of the loads where readings are proportional to the load.
+
+    Parameters
+    ----------
+    left, slope, predicted : (n, t, m) arrays
+        Reading minus prediction, derivative of the prediction over the load in N/m, and prediction; finite everywhere.
+    weight : (n, t, m) array
+        Inverse variance of the independent errors; zero leaves an entry out.
+    load_sd : (n, t) array
+        Standard deviation of the true load about that of the prediction, N/m, without this prior and the readings.
+    """
+    pulled = weight * slope
+    by_load, along = (np.einsum("ntm,ntm->nt", pulled, each) for each in (slope, predicted))
+    step = np.einsum("ntm,ntm->nt", pulled, left) / (by_load + load_sd**-2.0)
+    change = np.divide(by_load * step, along, out=np.zeros_like(along), where=along > 0)
+    # Loads are searched down to the same share.
+    return np.asarray(-np.log(np.maximum(1 + change, LEAST_LOAD)))

@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import read_once
 from bayestouch.effects import NoiseEffect, RandomEffect, Values
-from bayestouch.finger.density import NUMBERS_HELD
+from bayestouch.finger.density import NUMBERS_HELD, log_prior_of_loads
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.model import FingerModel, finger_model
@@ -149,8 +149,16 @@ class EffectDensity:
         assert not self.tied
         held = max(1, NUMBERS_HELD // self.posterior.known.missing.size)
         parts = [vectors[first : first + held] for first in range(0, len(vectors), held)]
-        errors = (self._errors(part, self.predict(part)) for part in parts)
-        return np.concatenate([self._of_touches(means, slopes) for means, slopes in errors])
+        return np.concatenate([self._of_part(part, self.predict(part)) for part in parts])
+
+    def _of_part(self, vectors: FloatArray, readings: EffectReadings) -> FloatArray:
+        means, slopes = self._errors(vectors, readings)
+        return self._of_touches(means, slopes) + self._prior_of_loads(vectors, readings, means)
+
+    def _prior_of_loads(self, vectors: FloatArray, readings: EffectReadings, means: MeanErrors) -> FloatArray:
+        """`log_prior_of_loads` (n, t)."""
+        load_sd = Precisions.of(self.posterior.known, self.posterior.layout, vectors).load_sd
+        return log_prior_of_loads(means.left, readings.by_load, readings.touches, means.weight, load_sd)
 
     def _inside(self, vectors: FloatArray) -> FloatArray:
         posterior = self.posterior
@@ -160,6 +168,7 @@ class EffectDensity:
             data = self._tied(vectors, readings, means.left, means.weight, slopes)
         else:
             data = self._of_touches(means, slopes).sum(axis=1)
+        data = data + self._prior_of_loads(vectors, readings, means).sum(axis=1)
         samples = posterior.noise.log_likelihood(vectors, readings.touches, readings.samples, means.samples)
         return np.asarray(data + samples + posterior.prior.log_density(vectors))
 

@@ -141,6 +141,24 @@ def test_an_effect_of_the_readout() -> None:
     agree(one, [written_out(one, x, heard, own_noise) for x in points], points)
 
 
+def test_touches_of_unknown_load_do_not_say_how_large_all_gains_are() -> None:
+    """Gains times c, shear modulus and loads over c: the same readings of edges, and 1/load prefers no scale."""
+    made = bayestouch.simulate(DESIGN, effects={"crosstalk": 0.04}, seed=5)
+    table = made.dataset.calibration
+    assert table is not None
+    data = replace(made.dataset, calibration=replace(table, load=np.where(table.touch % 4 > 0, np.nan, table.load)))
+    fit = fit_stated(data, StatedModel("finger", "layer", (("crosstalk", {}),)), draws=8, seed=0, contact="layer")
+    density = fit.evaluation.log_density(fit.fitted, fit.added, fit.correction)
+    points, change = np.tile(density.start, (2, 1)), np.array([-0.02, 0.02])
+    points[:, [density.names.index(f"log response[{e}]") for e in range(3)]] += change[:, None]
+    points[:, density.names.index("log mu")] -= change
+    means = fit.fitted.model.known.means  # type: ignore[union-attr]
+    edges = np.isnan(means.load) & (means.indenter_radius_mm == 0)
+    assert edges.sum() >= 5
+    log = density.touch_log_likelihood(points)[:, edges]
+    assert abs(log[1].mean() - log[0].mean()) < 0.1 * 0.04
+
+
 @pytest.mark.slow
 def test_an_effect_that_moves_the_touches() -> None:
     """The angle of the prober is off by a sin θ + b cos θ, less its mean: signals by polynomials in the values, too."""
