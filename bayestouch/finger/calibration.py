@@ -19,6 +19,7 @@ from bayestouch.errors import InputError
 from bayestouch.finger.far_from_priors import far_from_priors
 from bayestouch.finger.fit import FingerFit, fit_finger, with_offsets, without_offsets
 from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.lacking import shear_modulus_from_prior
 from bayestouch.finger.noise import noise_of
 from bayestouch.finger.place.choice import LEAST_PLACES
 from bayestouch.finger.place.fit import AUTO, DISCREPANCY_SETTING, NO_DISCREPANCY, OF_PLACE, OF_TOUCH, fit_of_places
@@ -210,6 +211,8 @@ def finger_calibration(
     )
     finger, posterior = finger_of(sensor), public_draws(fit, vectors)
     typical = float(np.nanmean(rows.load))
+    log_mu = layout_.log_mu
+    from_prior = shear_modulus_from_prior(every[..., log_mu], float(fit.likelihood.prior.spread[log_mu]))
     covariance = np.cov(linear_vectors(layout_, fit.likelihood.sign, every).T)
     extra = {} if rest is None else {REST_READING: rest}
     if places is not None:
@@ -244,6 +247,7 @@ def finger_calibration(
                 (
                     *with_no_offset(notes),
                     *_noise_notes(touches, priors),
+                    *from_prior,
                     *_left_out(used),
                     *far_from_priors(priors.parameters(sensor.reading_unit, discrepancy=False), posterior, finger),
                 )

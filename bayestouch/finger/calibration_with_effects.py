@@ -14,6 +14,7 @@ from bayestouch.effects import Effect, Setting
 from bayestouch.finger.calibration import layout, with_no_offset
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
+from bayestouch.finger.lacking import shear_modulus_from_prior
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import noise_of
 from bayestouch.finger.priors import FingerPriors
@@ -86,6 +87,7 @@ def calibration_with_effects(
         "rhat": float(drawn.rhat.max()),
         "acceptance": float(drawn.acceptance.min()),
     }
+    from_prior = shear_modulus_from_prior(every[..., at.log_mu], float(posterior.prior.spread[at.log_mu]))
     spread = noise_of(known, at, every.reshape(-1, at.size))
     rows = touch_rows(fitted, spread)
     listed = EffectList(setting, tuple(each.effect for each in added), fitted.noise.added)
@@ -119,7 +121,7 @@ def calibration_with_effects(
         },
         statistics={**fit_statistics(fitted, rows, spread), **grades},
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
-        notes=(*with_no_offset(notes), *targets_missed(grades, draws)),
+        notes=(*with_no_offset(notes), *from_prior, *targets_missed(grades, draws)),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_with_effects(fit, vectors, groups, seed, in_vectors),

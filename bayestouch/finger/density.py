@@ -140,7 +140,11 @@ class FingerDensity:
         return at_places.added(self.errors.low_rank.drawn_weights(scaled, rng))
 
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean and standard deviation (n, t) of the true load of each touch in N/m, for vectors (n, d)."""
+        """Mean and standard deviation (n, t) of the true load of each touch in N/m, for vectors (n, d).
+
+        They are those of the linear model, without the factor 1/P of the prior. It would make the mean smaller by the
+        variance over the load.
+        """
         likelihood, spread = self.likelihood, self.likelihood.standard_errors(vectors)
         predicted, slope = self.predict(vectors)
         left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
@@ -152,13 +156,15 @@ class FingerDensity:
 def log_prior_of_loads(
     left: FloatArray, slope: FloatArray, predicted: FloatArray, weight: FloatArray, load_sd: FloatArray
 ) -> FloatArray:
-    """Log (n, t) of the prior of the true load P of each touch, 1/P, over that at the load of the prediction.
+    """Log (n, t) of the prior 1/P at the true load P of each touch, over that at the load of the prediction.
 
-    A prior that is flat in P would pull the common scale of the gains down: one ``P``, integrated out, leaves a factor
-    ``1/(dy/dP)``, which is inversely proportional to the gains. A prior that is flat in ``log P`` leaves
-    ``1/(P dy/dP)``. At the true load this is a matter of the readings ``y`` alone, since for a power of the load
-    ``P dy/dP`` is proportional to ``y``. So the factor is the predicted readings over those that are expected at the
-    true load, along `slope`; it is that of the loads where readings are proportional to the load.
+    With a prior that is flat in P, each touch would pull all gains down: where the load is integrated out it leaves a
+    factor ``1/(dy/dP)`` of the readings y, which is larger for smaller gains. A prior that is flat in ``log P`` leaves
+    ``1/(P dy/dP)``. For any power of the load this is proportional to ``1/y`` at the true load, and a touch of unknown
+    load then says nothing of a common factor of the gains. So the ratio of the loads is taken as that of the readings
+    along `slope`: those at the true load over the predicted ones. Where readings are proportional to the load the two
+    ratios are equal; for a flat tip, whose readings are about the 0.85th power of the load, only this one is free of
+    the pull.
 
     Parameters
     ----------
@@ -173,5 +179,5 @@ def log_prior_of_loads(
     by_load, along = (np.einsum("ntm,ntm->nt", pulled, each) for each in (slope, predicted))
     step = np.einsum("ntm,ntm->nt", pulled, left) / (by_load + load_sd**-2.0)
     change = np.divide(by_load * step, along, out=np.zeros_like(along), where=along > 0)
-    # Loads are searched down to the same share.
+    # Without a least load the prior 1/P has no integral; loads are searched down to the same share.
     return np.asarray(-np.log(np.maximum(1 + change, LEAST_LOAD)))

@@ -15,8 +15,8 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
 
-# Standard deviation of the prior of an unmeasured load about its estimate from the readings, over the mean load: the
-# prior is nearly flat.
+# Standard deviation of the prior of an unmeasured load about its estimate from the readings, over the mean load: nearly
+# flat. The density has a factor 1/P in addition, see `bayestouch.finger.density.log_prior_of_loads`.
 UNMEASURED_LOAD_SD = 10.0
 # Range in which an unmeasured load is searched, over the mean load.
 LEAST_LOAD, MOST_LOAD = 0.05, 3.0

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import turned
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
@@ -32,6 +33,14 @@ def _units(finger: Finger) -> Iterator[str]:
         return
     if (largest := max(map(abs, finger.element_angles_deg))) <= 2 * np.pi:
         yield f"all element_angles_deg are within ±{largest:.3g}: are they in radians?; state all angles in degrees"
+
+
+# The shear modulus is that of its prior if its logarithm has more than this share of the sd of the prior: then the
+# touches reduce its variance by less than a fifth.
+FROM_PRIOR = 0.9
+# A scale of the radii that is known to better than this share by the prior needs no touches: radii of single touches
+# are seldom read better.
+PRIOR_ENOUGH = 0.05
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -67,4 +76,26 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
             yield f"no knife edge within half a pitch ({pitch / 2:.3g}°) of {', '.join(bare)}"
     yield from misplaced(known, np.asarray(finger.element_angles_deg)[:, None], finger.location_columns, "°")
     if not np.isinf(known.indenter_radius_mm).any():
-        yield "no flat to calibrate with: it determines how the rubber spreads a load (Poisson's ratio)"
+        yield "no flat to calibrate with: it determines the shear modulus, and so the scale of all radii"
+
+
+def shear_modulus_from_prior(log_mu: FloatArray, prior_sd: float) -> Iterator[str]:
+    """A note if the touches do not determine the shear modulus, from its draws.
+
+    Readings depend on the curvature radius R and the load P by P R/μ. So all radii are in proportion to μ, and only
+    calibration touches of known radius above zero, as a flat, say how large it is: knife edges have R = 0.
+
+    Parameters
+    ----------
+    log_mu : array
+        Draws of log μ of the posterior.
+    prior_sd : float
+        Standard deviation of its prior.
+    """
+    sd = float(log_mu.std())
+    if prior_sd > PRIOR_ENOUGH and sd > FROM_PRIOR * prior_sd:
+        yield (
+            f"The touches say little of the shear modulus: it is that of its prior, known to {100 * sd:.0f} %. All "
+            "radii R are in proportion to it and have this error in common, and intervals of R are too narrow "
+            "and symmetric (docs/statistics.md): calibrate with flats, too."
+        )

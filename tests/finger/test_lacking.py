@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from known_fingers import dataset, known_touches
 
 import bayestouch
 from bayestouch.data.finger import Finger
-from bayestouch.finger.lacking import _units
+from bayestouch.finger.lacking import FROM_PRIOR, PRIOR_ENOUGH, _units, shear_modulus_from_prior
+
+NOTE = "The touches say little of the shear modulus"
 
 
 def test_a_finger_with_all_touches_at_one_place_cannot_be_divided() -> None:
@@ -43,3 +46,26 @@ def test_a_finger_with_all_touches_at_one_place_cannot_be_divided() -> None:
 def test_units_with_which_no_finger_is_built(scale: float, turn: float, said: list[str]) -> None:
     angles = tuple(turn * angle for angle in (-66.0, -33.0, 0.0, 33.0, 66.0))
     assert list(_units(Finger(8.0 * scale, 11.5 * scale, 8.6 * scale, element_angles_deg=angles))) == said
+
+
+@pytest.mark.parametrize("flats", [False, True])
+def test_edges_alone_leave_the_shear_modulus_to_its_prior(flats: bool) -> None:
+    """Readings depend on R and mu by P R/mu, and an edge has R = 0."""
+    touches = known_touches(1, step=6.0)
+    data = dataset(touches if flats else touches.select(touches.indenter_radius_mm == 0))
+    calibration = bayestouch.calibrate(data, discrepancy="touch", draws=400, seed=1)
+    said = [note for note in calibration.notes if note.startswith(NOTE)]
+    assert len(said) == (not flats)
+    # The logarithm of the prior, which is log-normal within a factor of 1.35, has the sd 0.3.
+    assert flats or f"{100 * np.log(calibration.posterior['mu']).std():.0f} %" in said[0]
+    advice = " ".join(bayestouch.check(data).facts["advice"])
+    assert (
+        "no flat to calibrate with: it determines the shear modulus, and so the scale of all radii" in advice
+    ) != flats
+
+
+def test_the_limits_of_the_note_on_the_shear_modulus() -> None:
+    draws = np.array([-1.0, 1.0])
+    assert not list(shear_modulus_from_prior(0.2 * (FROM_PRIOR - 0.01) * draws, 0.2))
+    assert list(shear_modulus_from_prior(0.2 * (FROM_PRIOR + 0.01) * draws, 0.2))
+    assert not list(shear_modulus_from_prior(0.99 * PRIOR_ENOUGH * draws, 0.99 * PRIOR_ENOUGH))
