@@ -159,6 +159,28 @@ def test_touches_of_unknown_load_do_not_say_how_large_all_gains_are() -> None:
     assert abs(log[1].mean() - log[0].mean()) < 0.1 * 0.04
 
 
+def test_touches_of_unknown_load_do_not_pull_gains_with_a_drift() -> None:
+    """Of all touches together, as a drift needs: slope of the log likelihood over a common factor of all gains.
+
+    A prior that is flat in the load would have a slope of -1 for each touch of unknown load, which the four noisy
+    measured loads hardly change.
+    """
+    made = bayestouch.simulate(replace(DESIGN, flat_step_deg=12.0, force_noise_sd=30.0), seed=1)
+    table = made.dataset.calibration
+    assert table is not None
+    measured = np.isin(table.touch, np.unique(table.touch)[:4])
+    data = replace(made.dataset, calibration=replace(table, load=np.where(measured, table.load, np.nan)))
+    fit = fit_stated(data, StatedModel("finger", "layer", (("baseline_drift", {}),)), draws=8, seed=0, contact="layer")
+    density = fit.evaluation.log_density(fit.fitted, fit.added, fit.correction)
+    points, change = np.tile(density.start, (2, 1)), np.array([-0.02, 0.02])
+    points[:, [density.names.index(f"log response[{e}]") for e in range(3)]] += change[:, None]
+    points[:, density.names.index("log mu")] -= change
+    slope = np.diff(density.log_likelihood(points))[0] / np.diff(change)[0]
+    unknown = len(np.unique(table.touch)) - 4
+    assert unknown > 40
+    assert abs(slope) < unknown / 4
+
+
 @pytest.mark.slow
 def test_an_effect_that_moves_the_touches() -> None:
     """The angle of the prober is off by a sin θ + b cos θ, less its mean: signals by polynomials in the values, too."""
