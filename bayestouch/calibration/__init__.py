@@ -86,7 +86,7 @@ def calibrate(
         much longer: minutes for sixteen elements.
     draws : int
         Number of posterior draws to keep, at least 8. It does not change what touches read: chains of a finger have at
-        least 400 draws, and touches are read with the covariance of all of them.
+        least 200 draws, and touches are read with the covariance of all of them.
     groups : str or sequence of str
         Further groups of the ArviZ schema: some of ``"log_likelihood"`` (of each touch), ``"log_prior"``, ``"prior"``,
         ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. A pad with effects has no predictions. A

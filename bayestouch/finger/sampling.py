@@ -30,9 +30,9 @@ PROPOSAL_DOF = 300.0
 # Steps per draw that is kept, by attempt: 75 % of proposals are accepted on a finger of 16 elements (83 unknowns). With
 # few touches the posterior is less normal, fewer are accepted, and the chains must be longer.
 THIN = (4, 16, 48)
-# Draws that are made, even if fewer are kept: touches are read with their covariance. With 400 the intervals of touches
+# Draws that are made, even if fewer are kept: touches are read with their covariance. With 200 the intervals of touches
 # are within 5 % of those with many draws; with 8 they were a third too narrow.
-LEAST_DRAWN = 400
+LEAST_DRAWN = 200
 # Without ridges, the coordinates are those of the flat vector.
 NO_RIDGES = Ridges()
 # Number of points that are evaluated together; it limits the memory for their matrices.

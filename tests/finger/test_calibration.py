@@ -74,12 +74,12 @@ def test_posterior_covers_the_truth(calibration: bayestouch.Calibration) -> None
 
 
 def test_few_draws_that_are_kept_do_not_change_what_touches_are_read_with() -> None:
-    """Covariance and noise are those of 400 draws of the same chains: 8 draws alone have a rank of 7."""
+    """Covariance and noise are those of 200 draws of the same chains: 8 draws alone have a rank of 7."""
     data = dataset(known_touches(1))
-    few, many = (bayestouch.calibrate(data, draws=draws, seed=2) for draws in (8, 400))
+    few, many = (bayestouch.calibrate(data, draws=draws, seed=2) for draws in (8, 200))
     assert few.posterior["sigma"].shape == (4, 2)
-    np.testing.assert_array_equal(few.posterior["r_s"], many.posterior["r_s"][:, ::50])
-    of_draws = {name: values.reshape(400, -1) for name, values in many.posterior.items()}
+    np.testing.assert_array_equal(few.posterior["r_s"], many.posterior["r_s"][:, ::25])
+    of_draws = {name: values.reshape(200, -1) for name, values in many.posterior.items()}
     linear = [of_draws["response"], of_draws["r_s"], np.radians(of_draws["theta_s"])]
     expected = np.cov(np.column_stack([*linear, of_draws["sigma"], np.log(of_draws["mu"])]).T)
     sd = np.sqrt(np.diag(expected))

@@ -75,15 +75,15 @@ def test_two_effects_are_drawn_with_all_parameters() -> None:
 
 
 def test_few_draws_that_are_kept_do_not_change_the_covariance() -> None:
-    """It is that of 400 draws of the same chains; 8 draws alone have a rank of 7."""
+    """It is that of 200 draws of the same chains; 8 draws alone have a rank of 7."""
     design = bayestouch.FingerDesign(n_elements=3, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=20.0)
     data = bayestouch.simulate(design, effects={"crosstalk": 0.04}, seed=3).dataset
     stated = StatedModel("finger", "layer", (("crosstalk", {}),))
-    few, many = (bayestouch.calibrate(data, model=stated, draws=draws, seed=1) for draws in (8, 400))
+    few, many = (bayestouch.calibrate(data, model=stated, draws=draws, seed=1) for draws in (8, 200))
     assert few.posterior["sigma"].shape == (4, 2)
     expected = np.concatenate([many.posterior["r_s"].std(axis=(0, 1), ddof=0), [many.posterior["sigma"].std()]])
     rows = [few.layout.index(name) for name in ("r_s[0]", "r_s[1]", "r_s[2]", "sigma")]
-    np.testing.assert_allclose(np.sqrt(np.diag(few.covariance)[rows]), expected * np.sqrt(400 / 399))
+    np.testing.assert_allclose(np.sqrt(np.diag(few.covariance)[rows]), expected * np.sqrt(200 / 199))
 
 
 @pytest.mark.slow
