@@ -22,8 +22,9 @@ class PadMap:
 
     reading_e = offset_e + P sensitivity_e(location). With `loads`, the sensitivity and its variance change with the
     load P as well: they are linear in ln P between these loads, and constant beyond. The variance of a reading due to
-    the uncertainty of the calibration is ``offset_variance + 2 P covariance + P² variance``. Elements are assumed
-    independent (only the few common parameters of the kernel correlate them).
+    the uncertainty of the calibration is ``offset_variance + 2 P covariance + P² variance``, which is independent of
+    other elements. What the errors of elements have in common are `shared` and `by_effect`, whose variances come in
+    addition.
 
     Attributes
     ----------
@@ -37,6 +38,9 @@ class PadMap:
         Reading per unit load.
     variance, covariance : (*grid, m) arrays
         Variance of the sensitivity, and its covariance with the offset.
+    shared : (*grid, c m) array, optional
+        Change of the sensitivity by one standard deviation of each of c independent errors of the calibration that
+        elements have in common at a place, see `bayestouch.pad.shared_errors`. Error by error.
     by_effect : (*grid, q m) array, optional
         Change of the sensitivity by one standard deviation of each of q independent causes: what the values of effects
         leave open, for which the readings of the calibration were corrected. Cause by cause.
@@ -57,6 +61,7 @@ class PadMap:
     sensitivity: FloatArray
     variance: FloatArray
     covariance: FloatArray
+    shared: FloatArray | None = None
     by_effect: FloatArray | None = None
     offset_by_effect: FloatArray | None = None
     loads: FloatArray | None = None
@@ -78,7 +83,7 @@ class PadMap:
         none = np.zeros_like(self.variance)
         exact = replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
         change = None if self.variance_by_load is None else np.zeros_like(self.variance_by_load)
-        return replace(exact, by_effect=None, offset_by_effect=None, variance_by_load=change)
+        return replace(exact, shared=None, by_effect=None, offset_by_effect=None, variance_by_load=change)
 
     def inside(self, location: ArrayLike) -> NDArray[np.bool_]:
         """Return True for locations (..., D) in the calibrated region, (...)."""
@@ -124,24 +129,39 @@ class PadMap:
         """Number of independent causes q of `by_effect`."""
         return 0 if self.offset_by_effect is None else len(self.offset_by_effect)
 
-    def changes(self, location: FloatArray) -> FloatArray:
-        """Change of the sensitivity (..., q, m) by one sd of each cause of `by_effect`, at locations (..., D).
+    @property
+    def n_shared(self) -> int:
+        """Number of independent errors c of `shared`."""
+        return 0 if self.shared is None else self.shared.shape[-1] // self.n_elements
 
-        Linear between grid points: an uncertainty need not be known as well as the map.
+    @cached_property
+    def _changes(self) -> FloatArray:
+        return np.concatenate([each for each in (self.shared, self.by_effect) if each is not None], axis=-1)
+
+    def changes(self, location: FloatArray) -> FloatArray:
+        """Change of the sensitivity (..., c + q, m) by one sd of each cause, at locations (..., D).
+
+        First those of `shared`, then those of `by_effect`. Linear between grid points: an uncertainty need not be known
+        as well as the map.
         """
-        assert self.by_effect is not None
         index = self._index(location)
         flat = index.reshape(-1, self.dimensions)
-        grid = np.array(self.by_effect.shape[:-1])
+        grid = np.array(self._changes.shape[:-1])
         cell = np.minimum(flat.astype(np.int64), grid - 2)
         share = flat - cell
-        table = self.by_effect.reshape(-1, self.by_effect.shape[-1])
+        table = self._changes.reshape(-1, self._changes.shape[-1])
         strides = np.cumprod([1, *grid[:0:-1]])[::-1]
         corner, out = cell @ strides, np.zeros((len(flat), table.shape[1]))
         for taps in product((0, 1), repeat=self.dimensions):
             weight = np.where(taps, share, 1 - share).prod(axis=1)
             out += weight[:, None] * table[corner + int(np.dot(taps, strides))]
-        return out.reshape(*index.shape[:-1], self.n_causes, self.n_elements)
+        return out.reshape(*index.shape[:-1], self.n_shared + self.n_causes, self.n_elements)
+
+    def shared_at(self, location: FloatArray) -> FloatArray:
+        """Those of `changes` that belong to `shared`, (..., c, m)."""
+        if self.shared is None:
+            return np.zeros((*np.shape(location)[:-1], 0, self.n_elements))
+        return self.changes(location)[..., : self.n_shared, :]
 
     def slopes(self, location: FloatArray, load: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the signal at locations (..., D): over the load, and along each coordinate over the load.
@@ -169,19 +189,22 @@ class PadMap:
         return marginal, np.stack([parts[1 + axis] / self.step[axis] for axis in axes], axis=-2)
 
     def reading_variance(self, variance: FloatArray, covariance: FloatArray, load: FloatArray) -> FloatArray:
-        """Variance of readings (..., m) under `load` (...) due to the calibration, from the results of `at`."""
+        """Variance of readings (..., m) under `load` (...) due to the calibration, from the results of `at`.
+
+        That of errors that elements have in common is not part of it.
+        """
         p = load[..., None]
         return np.asarray(np.maximum(self.offset_variance + p * (2 * covariance + p * variance), 0.0))
 
     def arrays(self) -> dict[str, FloatArray]:
         """Return all arrays by name, for a file."""
-        names = (*_NAMES, *(name for name in (*_BY_EFFECT, *_BY_LOAD) if getattr(self, name) is not None))
+        names = (*_NAMES, *(name for name in _SOME if getattr(self, name) is not None))
         return {f"map_{name}": np.asarray(getattr(self, name)) for name in names}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PadMap:
         """Return the map from the result of `arrays`."""
-        names = (*_NAMES, *(name for name in (*_BY_EFFECT, *_BY_LOAD) if f"map_{name}" in arrays))
+        names = (*_NAMES, *(name for name in _SOME if f"map_{name}" in arrays))
         return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in names})
 
     def _index(self, location: FloatArray) -> FloatArray:
@@ -222,10 +245,9 @@ _NAMES = (
     "variance",
     "covariance",
 )
-# Of calibrations whose readings were corrected for effects.
-_BY_EFFECT = ("by_effect", "offset_by_effect")
-# Of calibrations with a correction, of touches whose loads vary.
-_BY_LOAD = ("loads", "by_load", "variance_by_load")
+# Of calibrations with errors that elements share; whose readings were corrected for effects; with a correction, of
+# touches whose loads vary.
+_SOME = ("shared", "by_effect", "offset_by_effect", "loads", "by_load", "variance_by_load")
 
 
 def _interpolate(

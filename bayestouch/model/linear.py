@@ -273,6 +273,16 @@ def covariance_of(information: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(conditioned(information / even)) / even)
 
 
+def with_covariance_of(information: FloatArray, rows: IntArray, covariance: FloatArray) -> FloatArray:
+    """Information (d, d) by which the unknowns `rows` (k,) have this covariance; the others go with them as before."""
+    others = np.setdiff1d(np.arange(len(information)), rows)
+    cross = information[np.ix_(rows, others)]
+    by_others = cross @ covariance_of(information[np.ix_(others, others)]) @ cross.T
+    out = information.copy()
+    out[np.ix_(rows, rows)] = covariance_of(covariance) + by_others
+    return out
+
+
 def leaving_bounds(vector: FloatArray, low: FloatArray, high: FloatArray) -> Callable[[FloatArray], NDArray[np.bool_]]:
     """From a step (d,) to a mask (d,) of the parameters that are at or beyond a bound, and would move further out."""
     return lambda step: ((vector <= low) & (step < 0)) | ((vector >= high) & (step > 0))

@@ -14,21 +14,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.pad import COORDINATES, PadChain, element_pitch
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.arrays import read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
-from bayestouch.model.linear import covariance_of
+from bayestouch.model.linear import covariance_of, with_covariance_of
 from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, with_load_error
 from bayestouch.model.planned_table import planned_table
 from bayestouch.pad.candidates import kernel_shape
 from bayestouch.pad.corrected import PadEffects
-from bayestouch.pad.priors import PadPriors, pad_priors, stated_priors
+from bayestouch.pad.priors import PadPriors, pad_priors, prior_precision, stated_priors
 from bayestouch.pad.residual_map import MapDiscrepancy
-from bayestouch.priors.parameters import LogNormal, Normal, Prior
+from bayestouch.priors.parameters import Prior
 from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
 from bayestouch.results.units import load_unit
@@ -68,14 +68,14 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     load_sd = _load_sd(calibration, effects, load, np.concatenate([known.reads_of_load, means.reads_of_load]))
     root = inverse_root((variance + left)[:t], (of_signal.by_load[:t] * load_sd[:t, None],), counts[:t] > 0)
     white = np.einsum("tij,tjd->tid", root, columns[:t], optimize=True).reshape(t * m, -1)
-    of_prior = [_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]
+    of_prior = [prior_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]
     precision = np.append(of_prior, np.ones(functions.shape[2]))
     information = white.T @ white + np.diag(precision)
     if of_kernel := [parameter.name for parameter in chain.kernel.parameters]:
         # Bounds cut off the posterior of the kernel: to first order it would be several times as wide.
         kernel = own.shape[2] - len(of_kernel) + np.arange(len(of_kernel))
         drawn = np.cov([calibration.posterior[each].ravel() for each in of_kernel])
-        information = _with_covariance_of(information, kernel, np.atleast_2d(drawn))
+        information = with_covariance_of(information, kernel, np.atleast_2d(drawn))
     covariance = covariance_of(information)
     # What a user asks for is the true load.
     acts = np.ones(means.n_touches) if effects is None else effects.acting_slope(effects.pressed(means.load))
@@ -129,26 +129,6 @@ def _chain(calibration: Calibration, priors: PadPriors) -> tuple[PadChain, tuple
     position = np.stack([mean[f"{axis}_s"] for axis in COORDINATES[:dimensions]], axis=1)
     values = np.array([float(mean[parameter.name]) for parameter in kernel.parameters])
     return PadChain(kernel, values, mean["gain"], mean["offset"], position), priors.of(kernel)
-
-
-def _with_covariance_of(information: FloatArray, rows: IntArray, covariance: FloatArray) -> FloatArray:
-    """Information (d, d) by which the unknowns `rows` (k,) have this covariance; the others go with them as before."""
-    others = np.setdiff1d(np.arange(len(information)), rows)
-    cross = information[np.ix_(rows, others)]
-    by_others = cross @ covariance_of(information[np.ix_(others, others)]) @ cross.T
-    out = information.copy()
-    out[np.ix_(rows, rows)] = covariance_of(covariance) + by_others
-    return out
-
-
-def _precision(prior: Prior, value: float) -> float:
-    """Prior precision at a value; a flat prior counts as a normal one, its width as the sd (as in fits)."""
-    if isinstance(prior, Normal):
-        return float(prior.sd**-2.0)
-    if isinstance(prior, LogNormal):
-        return float((value * prior.spread) ** -2.0)
-    low, high = prior.support
-    return float((high - low) ** -2.0)
 
 
 @dataclass(frozen=True, eq=False)

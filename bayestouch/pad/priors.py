@@ -283,3 +283,13 @@ def check_identifiable(known: TouchMeans, kernel: Kernel, usable: NDArray[np.boo
             f"calibration has {total} readings for {unknowns} unknowns of the {kernel.name} kernel: touch the pad in "
             "more places"
         )
+
+
+def prior_precision(prior: Prior, value: float) -> float:
+    """Prior precision at a value; a flat prior counts as a normal one, its width as the sd (as in fits)."""
+    if isinstance(prior, Normal):
+        return float(prior.sd**-2.0)
+    if isinstance(prior, LogNormal):
+        return float((value * prior.spread) ** -2.0)
+    low, high = prior.support
+    return float((high - low) ** -2.0)

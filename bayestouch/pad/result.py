@@ -13,6 +13,7 @@ from bayestouch.pad.known_touches import prior_of_loads
 from bayestouch.pad.load import load_statistics
 from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem
+from bayestouch.pad.shared_errors import with_shared_errors
 from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import USABLE
@@ -45,6 +46,8 @@ def pad_calibration_of(
     notes = [*notes, *_model_notes(problem, model, name, rivals)]
     if problem.load_measured and np.ptp(known.load) == 0:
         notes.append(ONE_LOAD)
+    if map_ is None:
+        map_ = with_shared_errors(tabulate(model), model, problem.priors.of(model.kernel))
     made = Calibration(
         sensor=sensor,
         parameters=problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit),
@@ -68,7 +71,7 @@ def pad_calibration_of(
             "version": __version__,
         },
         statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals) | posterior.grades,
-        extra=(map_ or tabulate(model)).arrays() | {USABLE: problem.usable.astype(float)},
+        extra=map_.arrays() | {USABLE: problem.usable.astype(float)},
         notes=tuple(dict.fromkeys(notes)),
     )
     return made.with_rest_reading(problem.rest, problem.rest_reads)

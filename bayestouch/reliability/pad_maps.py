@@ -12,6 +12,7 @@ from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised, span
 from bayestouch.output.text import number, plural
 from bayestouch.pad.reading.reader import PadReader
+from bayestouch.sampling.rank_one import shared_directions
 
 # A force sensor that is averaged without end, as a share of the load: the precision of an exact load is no number.
 _EXACT_LOAD = 1e-6
@@ -32,7 +33,8 @@ class PadSpots(Summarised):
     bias_rms : (n, D) array
         Error that is common to all touches at a place, rms over calibrations.
     by_element : (n, D, m) array
-        Part of each variance that belongs to each element, noise and calibration together.
+        Part of each variance that belongs to each element, noise and calibration together. An error of the calibration
+        that elements share is divided among them by what each contributes: a part may be below zero.
     of_none : (n, D) array
         Part of each variance that belongs to no element: error of the load, and place.
     """
@@ -91,12 +93,13 @@ def pad_spots(
     """
     where = _places(reader, location)
     found = _weights(reader, where, load, reads, use_load)
-    own = found.weights**2
+    own, shared = found.weights**2, found.by_shared
     return PadSpots(
         location=where,
         noise_sd=np.sqrt((own * found.noise[:, None]).sum(axis=-1) + found.of_none),
-        bias_rms=np.sqrt((own * found.calibration[:, None]).sum(axis=-1)),
-        by_element=own * (found.noise + found.calibration)[:, None],
+        bias_rms=np.sqrt((own * found.calibration[:, None]).sum(axis=-1) + (shared.sum(axis=-1) ** 2).sum(axis=-1)),
+        by_element=own * (found.noise + found.calibration)[:, None]
+        + (shared * shared.sum(axis=-1, keepdims=True)).sum(axis=2),
         of_none=found.of_none,
     )
 
@@ -146,7 +149,10 @@ class _Weights:
     weights : (n, D, m) array
         Change of the location per unit error of each reading.
     noise, calibration : (n, m) array
-        Variance of each reading from noise, and from the calibration.
+        Variance of each reading from noise, and from the calibration: what no other element shares.
+    by_shared : (n, D, c, m) array
+        Change of the location by one standard deviation of each error of the calibration that elements share, through
+        each element.
     of_none : (n, D) array
         Variance of the location from the errors of the felt load and of the prior of the place.
     """
@@ -154,6 +160,7 @@ class _Weights:
     weights: FloatArray
     noise: FloatArray
     calibration: FloatArray
+    by_shared: FloatArray
     of_none: FloatArray
 
 
@@ -170,14 +177,19 @@ def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: fl
     calibration = reader.map.reading_variance(variance, covariance, push)
     total = np.where(reader.usable, noise + calibration, np.inf)
     jacobian = np.concatenate([push[:, None, None] * slope, by_load[:, None]], axis=1)  # (n, D + 1, m)
-    information = (jacobian / total[:, None]) @ jacobian.swapaxes(1, 2)
+    pulled = jacobian / total[:, None]
+    shared = push[:, None, None] * reader.map.shared_at(where)
+    directions, _ = shared_directions(1 / total, shared)
+    pulled -= (jacobian @ directions.swapaxes(1, 2)) @ directions
+    information = pulled @ jacobian.swapaxes(1, 2)
     # Never singular, because the prior of the location is limited to the calibrated region.
     width = reader.map.high - reader.map.low
     prior = np.tile(np.append(12 / width**2, 0.0), (len(where), 1))
     prior[:, -1] = _felt_load_sd(reader, push, reads, use_load) ** -2.0
     covariance = np.linalg.inv(information + prior[:, None] * np.eye(prior.shape[1]))[:, :-1]
-    weights = covariance @ (jacobian / total[:, None])
-    return _Weights(weights, noise, calibration, of_none=np.einsum("ndk,nk->nd", covariance**2, prior))
+    weights = covariance @ pulled
+    by_shared = weights[:, :, None] * shared[:, None]
+    return _Weights(weights, noise, calibration, by_shared, of_none=np.einsum("ndk,nk->nd", covariance**2, prior))
 
 
 def _felt_load_sd(reader: PadReader, load: FloatArray, reads: float, use_load: bool) -> FloatArray:

@@ -39,6 +39,7 @@ _DERIVED = {
     "map_sensitivity": "{r}/{l}",
     "map_variance": "({r}/{l})^2",
     "map_covariance": "({r})^2/{l}",
+    "map_shared": "{r}/{l}",
     "map_by_effect": "{r}/{l}",
     "map_offset_by_effect": "{r}",
     "map_loads": "{l}",

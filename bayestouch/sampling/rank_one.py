@@ -123,8 +123,8 @@ def shared_directions(weight: FloatArray, shared: FloatArray) -> tuple[FloatArra
         v = shared[..., j, :]
         pulled = weight * v
         for i in range(j):
-            pulled = pulled - out[..., i, :] * (out[..., i, :] * v).sum(axis=-1, keepdims=True)
-        length = 1 + (pulled * v).sum(axis=-1)
+            pulled = pulled - out[..., i, :] * np.einsum("...m,...m->...", out[..., i, :], v)[..., None]
+        length = 1 + np.einsum("...m,...m->...", pulled, v)
         out[..., j, :] = pulled / np.sqrt(length)[..., None]
         log_determinant += np.log(length)
     return out, log_determinant

@@ -78,6 +78,12 @@ class OnFile:
         covariance = self.group("laplace")["covariance"]
         return np.asarray(total + np.einsum("dnm,de,enm->nm", slope := pad.slopes(x, load), covariance, slope))
 
+    def covariance(self, x: np.ndarray, load: np.ndarray, counts: int) -> np.ndarray:
+        """Covariance (n, m, m) of mean readings, whose errors by the calibration are not independent."""
+        slope, known = Kernel(self.flat("mode")).slopes(x, load), self.group("laplace")["covariance"]
+        own = self.variance(x, load, counts, exact=True)[:, :, None] * np.eye(M)
+        return np.asarray(own + np.einsum("dnm,de,enk->nmk", slope, known, slope, optimize=True))
+
 
 def on_file(folder: Path, seed: int, *, touches: int, measured: bool, draws: int = 8) -> OnFile:
     """Touch a pad along its line, calibrate, save."""

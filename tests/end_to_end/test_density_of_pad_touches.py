@@ -26,9 +26,16 @@ def pad(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 @pytest.mark.parametrize("exact", [False, True])
 def test_density_of_a_touch_is_the_one_written_out(pad: OnFile, exact: bool) -> None:
-    """Differences of the log density between places and loads, to the spline's error (a millionth of the peak)."""
+    """Differences of the log density between places and loads, to the spline's error (a millionth of the peak).
+
+    Where loads were not measured the elements share errors, of which only what moves a touch is kept: see the next
+    test.
+    """
     rng = np.random.default_rng(8)
     reader = PadReader.from_calibration(pad.calibration(), plug_in=exact)
+    if reader.map.n_shared:
+        assert not exact and not reader.load_measured
+        return
     simulated = line(**SETTINGS)
     table = simulated.touch(rng.uniform(9, 30, (12, 1)), rng, load=rng.uniform(0.8, 1.2, 12), measured=True, samples=5)
     readings = pad_readings(table, 1, "mean")
@@ -81,8 +88,10 @@ def test_draws_of_touches_are_those_of_that_density(pad: OnFile) -> None:
             log = -0.5 * (squares + np.linalg.slogdet(covariance)[1])
             log += stats.norm(means.load[t], float(pad.group("noise")["force_sd"]) / 4).logpdf(p)
         else:
-            sd = np.sqrt(pad.variance(x, p, 16))
-            log = stats.norm(kernel.readings(x, p), sd).logpdf(means.readings[t]).sum(axis=1)
+            covariance = pad.covariance(x, p, 16)
+            miss = (means.readings[t] - kernel.readings(x, p))[:, :, None]
+            log = -0.5 * (miss * np.linalg.solve(covariance, miss)).sum(axis=(1, 2))
+            log -= 0.5 * np.linalg.slogdet(covariance)[1]
             log += stats.norm(1.0, float(calibration.settings["load_sd"])).logpdf(p)
         weight = np.exp(log - log.max()) / np.exp(log - log.max()).sum()
         mean = np.array([weight @ x, weight @ p])

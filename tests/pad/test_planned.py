@@ -90,6 +90,7 @@ def test_the_uncertainty_of_readings_is_that_of_the_tables_with_a_map() -> None:
     assert table.x_mm is not None
     _, variance, covariance = map_.at(table.x_mm[:, None], table.load)
     expected = map_.reading_variance(variance, covariance, table.load)
+    expected += ((table.load[:, None, None] * map_.shared_at(table.x_mm[:, None])) ** 2).sum(axis=1)
     readings = planned(one, table).readings
     found = np.einsum("nmd,de,nme->nm", readings.columns, readings.covariance, readings.columns)
     # The functions leave out a variance below 3 % of the noise; the tables have the noise of the fit, which is

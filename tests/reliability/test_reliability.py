@@ -14,6 +14,9 @@ from bayestouch import InputError, calibrate, infer, simulate
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.touches import Touches, touches_from
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reliability import (
@@ -274,3 +277,48 @@ def test_pads_locate_as_well_as_predicted() -> None:
         pad_spots(reader, place, load=0.0)
     with pytest.raises(InputError, match="reads: expected 1 or more"):
         pad_spots(reader, place, reads=0)
+
+
+def touches_of_line(
+    rng: np.random.Generator, gain: np.ndarray, element: np.ndarray, x: np.ndarray, load: np.ndarray, noise: float
+) -> Touches:
+    """Three samples of touches on a line of Gaussian elements 4 mm wide; a force sensor reads loads to 0.5 N."""
+    rows = np.repeat(np.arange(len(x)), 3)
+    signal = load[:, None] * gain * np.exp(-0.5 * ((x[:, None] - element) / 4) ** 2)
+    return touches_from(
+        rows,
+        signal[rows] + noise * rng.standard_normal((len(rows), len(element))),
+        sample=np.tile(np.arange(3), len(x)),
+        x_mm=x[rows],
+        load=load[rows] + 0.5 * rng.standard_normal(len(rows)),
+    )
+
+
+@pytest.mark.slow
+def test_pads_calibrated_with_uncertain_loads_locate_as_well_as_predicted() -> None:
+    """Loads of 5 N read to 0.5 N, by 30 calibrations of 40 touches: bias and errors against those predicted.
+
+    A load that is read wrong moves all gains near its touch together, which hardly moves a location. With errors of the
+    gains that were independent, the squares would be 0.2 and 0.65 of those predicted.
+    """
+    stated, place, bias, error = 6.0 * np.arange(5), np.array([6.0, 9.0, 14.0]), [], []
+    sensor = Sensor(
+        name="simulated pad", body=Pad(tuple(stated)), reading_unit="counts", force_noise_sd=0.5, source={"note": "-"}
+    )
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        gain, element = 100 * np.exp(0.1 * rng.standard_normal(5)), stated + 0.3 * rng.standard_normal(5)
+        known = touches_of_line(rng, gain, element, np.linspace(-2, 26, 40), rng.uniform(4, 6, 40), 8.0)
+        made = calibrate(DataSet(sensor, known, known), kernel="gaussian", e_map="model", draws=64)
+        predicted = pad_spots(PadReader.from_calibration(made), place[:, None], load=5.0, reads=3)
+        # Without noise the location is off by the bias alone.
+        exact = touches_of_line(rng, gain, element, place, np.full(3, 5.0), 0.0)
+        found = infer(exact, made, use_load=False, check_sensor=False, draws=512)
+        bias.append((found.mean("x") - place) ** 2 / predicted.bias_rms[:, 0] ** 2)
+        x = np.repeat(place, 10)
+        noisy = touches_of_line(rng, gain, element, x, np.full(30, 5.0), 8.0)
+        found = infer(noisy, made, check_sensor=False, draws=256)
+        error.append(((found.mean("x") - x) / found.sd("x")) ** 2)
+    # Standard errors of the mean squares of 90 and 900 normal numbers, of which each bias is that of ten touches.
+    assert np.mean(bias) == pytest.approx(1.0, abs=3 * np.sqrt(2 / 90))
+    assert np.mean(error) == pytest.approx(1.0, abs=0.15)

@@ -21,6 +21,7 @@ OF_LOADS = {
     "map_sensitivity": ("kPa/N", "kPa"),
     "map_variance": ("(kPa/N)^2", "(kPa)^2"),
     "map_covariance": ("(kPa)^2/N", "(kPa)^2"),
+    "map_shared": ("kPa/N", "kPa"),
     "map_by_effect": ("kPa/N", "kPa"),
     "map_by_load": ("kPa/N", "kPa"),
     "map_variance_by_load": ("(kPa/N)^2", "(kPa)^2"),

@@ -26,9 +26,9 @@ _TOGETHER = 128
 # Number of draws of each touch that are used for the level of its reference and for the prediction of its readings.
 _THINNED = 200
 
-# If the variance of the readings by uncertain effects over the variance of their noise, summed over the elements and
-# the load, is below this, the effects increase no standard deviation by more than a thousandth.
-_NEGLIGIBLE = 2e-3
+# If the variance of the readings by errors that they share over the variance of their noise, summed over the elements
+# and the load, is below this, shared errors increase no standard deviation by more than a thousandth.
+NEGLIGIBLE = 2e-3
 
 #: Names of the results about the location, (t,); those of predicted readings and their sd, (m, t), are in `PREDICTED`.
 PLACES = ("modes", "reference_level")
@@ -136,7 +136,7 @@ def _density(reader: PadReader, known: PadTouches, x: FloatArray) -> FloatArray:
 
 
 def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> BoolArray:
-    """Whether the uncertainty of effects changes the posterior of a touch by more than a negligible amount, (t,)."""
+    """Whether shared errors change the posterior of a touch by more than a negligible amount, (t,)."""
     out = np.zeros(known.n_touches, dtype=bool)
     if known.changes is not None:
         x, touch = components.mean, components.touch
@@ -144,7 +144,7 @@ def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> 
         changes = reader.changes(known, x[:, None], touch, signal[:, None])[:, 0] ** 2
         share = np.where(known.present[touch], changes[:, :, :-1].sum(axis=1) / variance, 0.0).sum(axis=1)
         share += changes[:, :, -1].sum(axis=1) / known.felt_sd[touch] ** 2
-        out[touch[share > _NEGLIGIBLE]] = True
+        out[touch[share > NEGLIGIBLE]] = True
     return out
 
 

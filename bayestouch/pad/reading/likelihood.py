@@ -63,6 +63,9 @@ class PadTouchModel:
         location = np.stack([draws[each.name] for each in self.parameters[:-1]], axis=-1)
         load = self.measured_load(draws)
         signal, variance = self.reader.predict(location, load, counts)
+        # What elements share of the errors of the calibration counts as independent here.
+        common = self.reader.map.shared_at(location)
+        variance = variance + ((load[..., None, None] * common) ** 2).sum(axis=-2)
         shared = signal * (self.touches.load_scatter / np.maximum(load, 1e-300))[..., None]
         return NormalsWithSharedError(
             self.reader.map.offset + signal, np.where(counts > 0, variance, np.inf), np.where(counts > 0, shared, 0.0)

@@ -7,18 +7,20 @@ the location.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.reading.draws import NEGLIGIBLE
 from bayestouch.pad.reading.effects import true_load_prior
 from bayestouch.pad.reading.felt_load import acting_given_felt, cut_at_zero
 from bayestouch.pad.reading.live_grid import Region
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.reading.live import HeldTouch
+from bayestouch.sampling.rank_one import shared_directions
 
 # Number of Gauss-Hermite nodes for the load at a location: with and without a measured load.
 MEASURED, UNMEASURED = 3, 7
@@ -157,7 +159,10 @@ class PadNodes:
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """What the readings of one touch are at n locations: sensitivities, and what is uncertain of them."""
+    """What the readings of one touch are at n locations: sensitivities, and what is uncertain of them.
+
+    `open` and `shared` are those of `PadMap.at`; `common` (n, c, m) those of `PadMap.shared_at`, which elements share.
+    """
 
     reader: PadReader
     touch: OnePadTouch
@@ -165,6 +170,17 @@ class _Places:
     sensitivity: FloatArray
     open: FloatArray
     shared: FloatArray
+    common: FloatArray
+
+    @classmethod
+    def of(cls, reader: PadReader, touch: OnePadTouch, location: FloatArray, about: float) -> _Places:
+        """At these locations, without the errors that elements share if they are negligible at a load of `about`."""
+        places = cls(reader, touch, location, *reader.map.at(location), reader.map.shared_at(location))
+        if not places.common.size:
+            return places
+        _, spread = places.signals(np.full(len(location), about))
+        share = np.einsum("ncm,nm->n", (about * places.common) ** 2, places.here / spread)
+        return places if share.max() >= NEGLIGIBLE else replace(places, common=places.common[:, :0])
 
     @cached_property
     def here(self) -> FloatArray:
@@ -190,11 +206,15 @@ class _Places:
     def felt_loads(self, about: float) -> tuple[FloatArray, FloatArray]:
         """Mode and standard deviation of the felt load at each location, (n,) each; the search starts at `about`."""
         touch, least = self.touch, LEAST_SHARE * self.reader.load
-        _, spread = self.signals(np.full(len(self.location), max(about, least)))
+        _, spread = self.signals(np.full(len(self.location), about))
         # Sums over the few elements are products of matrices: numpy's sums of short rows take five times as long.
         by_load = self.sensitivity * (self.here / spread)
         precision = np.einsum("nm,nm->n", by_load, self.sensitivity) + 1 / touch.felt_sd**2
-        centre = np.maximum((by_load @ touch.reading + touch.load / touch.felt_sd**2) / precision, least)
+        pull = by_load @ touch.reading + touch.load / touch.felt_sd**2
+        if self.common.size:
+            known, lacking = self._lacking(spread, about * self.common, self.sensitivity, touch.reading)
+            precision, pull = precision - known, pull - lacking
+        centre = np.maximum(pull / precision, least)
         for _ in range(0 if self.reader.map.loads is None else LOAD_STEPS):
             # The sensitivity depends on the load: Gauss-Newton steps from where it is that of the typical load.
             signal, spread = self.signals(centre)
@@ -202,6 +222,10 @@ class _Places:
             by_load = slope * (self.here / spread)
             precision = np.einsum("nm,nm->n", by_load, slope) + 1 / touch.felt_sd**2
             pull = np.einsum("nm,nm->n", by_load, touch.reading - signal) + (touch.load - centre) / touch.felt_sd**2
+            if self.common.size:
+                moved = centre[:, None, None] * self.common
+                known, lacking = self._lacking(spread, moved, slope, touch.reading - signal)
+                precision, pull = precision - known, pull - lacking
             centre = np.maximum(centre + pull / precision, least)
         return centre, 1 / np.sqrt(precision)
 
@@ -210,9 +234,24 @@ class _Places:
         touch = self.touch
         signal, spread = self.signals(loads)
         residual = touch.reading - signal
-        squares = (residual * residual / spread) @ self.here
+        squares, volume = (residual * residual / spread) @ self.here, np.log(spread) @ self.here
+        if self.common.size:
+            directions, grown = shared_directions(self.here / spread, loads[..., None, None] * self.common)
+            squares = squares - ((directions @ residual[..., None])[..., 0] ** 2).sum(axis=-1)
+            volume = volume + grown
         off = (loads - touch.load) / touch.felt_sd
-        return -0.5 * (squares + np.log(spread) @ self.here + off * off), squares
+        return -0.5 * (squares + volume + off * off), squares
+
+    def _lacking(
+        self, spread: FloatArray, shared: FloatArray, slope: FloatArray, rows: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Information (n,) and pull (n,) on the load that readings lack because of errors that they share.
+
+        From variances (n, m), shared errors (n, c, m), derivatives over the load (n, m), and residuals (n, m) or (m,).
+        """
+        directions, _ = shared_directions(self.here / spread, shared)
+        along = (directions @ slope[..., None])[..., 0]
+        return (along * along).sum(axis=1), (along * (directions @ rows[..., None])[..., 0]).sum(axis=1)
 
 
 def pad_nodes(
@@ -234,7 +273,8 @@ def pad_nodes(
         The loads that are stated, where effects make them differ from those that act; None without effects.
     """
     location, weights, ends = region.nodes()
-    places = _Places(reader, touch, location, *reader.map.at(location))
+    about = max(about, LEAST_SHARE * reader.load)
+    places = _Places.of(reader, touch, location, about)
     centre, sd = places.felt_loads(about)
     z, log_weight = _hermite(MEASURED if touch.measured else UNMEASURED)
     felt = centre + sd * z

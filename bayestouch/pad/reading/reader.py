@@ -43,7 +43,8 @@ class PadTouches:
         Standard deviation of the felt load about the acting load.
     changes : (t, q, m + 1) array, optional
         Change of readings and load by one standard deviation of each of q independent causes, as in
-        `bayestouch.pad.effect_changes.CorrectedMeans`.
+        `bayestouch.pad.effect_changes.CorrectedMeans`; q is 0 where only the map has errors that elements share. None
+        if errors that elements share are left out.
     """
 
     readings: FloatArray
@@ -160,6 +161,8 @@ class PadReader:
         if self.map.n_causes and isinstance(readings, CorrectedMeans) and readings.changes is not None:
             changes = readings.changes.copy()
             changes[~here, :, -1] = 0.0
+        elif self.map.n_shared:
+            changes = np.zeros((len(here), 0, self.map.n_elements + 1))
         return PadTouches(
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=np.where(self.usable, readings.counts, 0),
@@ -201,13 +204,14 @@ class PadReader:
             residual = np.concatenate(
                 [np.where(here, residual, 0.0), (touches.load[blocks][:, None] - load)[..., None]], -1
             )
-            cost += log_determinant - ((directions * residual[..., None, :]).sum(axis=-1) ** 2).sum(axis=-1)
+            along = np.einsum("...qm,...m->...q", directions, residual)
+            cost += log_determinant - np.einsum("...q,...q->...", along, along)
         return np.where(allowed, -0.5 * cost, -np.inf)
 
     def shared(
         self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray, variance: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Change of the inverse covariance of readings and load by the uncertainty of the values of effects.
+        """Change of the inverse covariance of readings and load by the errors that they have in common.
 
         Parameters
         ----------
@@ -218,7 +222,7 @@ class PadReader:
 
         Returns
         -------
-        (B, n, q, m + 1) array, (B, n) array
+        (B, n, c + q, m + 1) array, (B, n) array
             Result of `bayestouch.sampling.rank_one.shared_directions`.
         """
         here = np.broadcast_to(touches.present[blocks][:, None], signal.shape)
@@ -227,16 +231,22 @@ class PadReader:
         return shared_directions(weight, self.changes(touches, x, blocks, signal))
 
     def changes(self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray) -> FloatArray:
-        """Change of the residuals of readings and load by one sd of each cause, (B, n, q, m + 1); see `shared`."""
-        assert touches.changes is not None and self.changes_of_load is not None
-        assert self.map.offset_by_effect is not None
-        load = x[..., -1]
-        expected = self.map.changes(x[..., :-1]) * load[..., None, None] + self.map.offset_by_effect
-        acting, *changes = self.changes_of_load
-        of_load = np.stack([np.interp(load, acting, change) for change in changes], axis=-1)
-        expected += of_load[..., None] * (signal / load[..., None])[..., None, :]
-        out = np.broadcast_to(touches.changes[blocks][:, None], (*expected.shape[:-1], signal.shape[-1] + 1)).copy()
-        out[..., :-1] -= expected
+        """Change of the residuals of readings and load by one sd of each cause, (B, n, c + q, m + 1); see `shared`.
+
+        First the c errors of `PadMap.shared`, then the q causes of effects.
+        """
+        assert touches.changes is not None
+        load, first, effects = x[..., -1], self.map.n_shared, touches.changes.shape[1]
+        expected = self.map.changes(x[..., :-1])[..., : first + effects, :]
+        out = np.zeros((*expected.shape[:-1], signal.shape[-1] + 1))
+        np.multiply(expected, -load[..., None, None], out=out[..., :-1])
+        if effects:
+            assert self.changes_of_load is not None and self.map.offset_by_effect is not None
+            acting, *changes = self.changes_of_load
+            of_load = np.stack([np.interp(load, acting, change) for change in changes], axis=-1)
+            out[..., first:, :-1] -= self.map.offset_by_effect
+            out[..., first:, :-1] -= of_load[..., None] * (signal / load[..., None])[..., None, :]
+            out[..., first:, :] += touches.changes[blocks][:, None]
         return out
 
     def predict(self, location: FloatArray, load: FloatArray, counts: FloatArray) -> tuple[FloatArray, FloatArray]:

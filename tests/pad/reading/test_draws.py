@@ -44,9 +44,9 @@ def known(reader: PadReader, touches: Touches) -> PadTouches:
 def log_posterior(reader: PadReader, touches: PadTouches, index: int, points: np.ndarray) -> np.ndarray:
     """Log posterior density (n,) of location and load (n, D + 1), written out; the tables are the calibration's.
 
-    Normal readings, their variance noise, what the model misses, a share of the signal and what the calibration leaves;
-    a normal load, above zero. `tests/end_to_end/test_density_of_pad_touches.py` holds the tables against a kernel
-    written out.
+    Normal readings, their variance noise, what the model misses, a share of the signal and what the calibration leaves,
+    of which the elements share a part; a normal load, above zero.
+    `tests/end_to_end/test_density_of_pad_touches.py` holds the tables against a kernel written out.
     """
     location, load, noise, pad = points[:, :-1], points[:, -1], reader.noise, reader.map
     sensitivity, open_, with_offset = pad.at(location)
@@ -54,8 +54,12 @@ def log_posterior(reader: PadReader, touches: PadTouches, index: int, points: np
     variance = noise.discrepancy_sd**2 + noise.tactile_sd**2 / np.maximum(touches.counts[index], 1)
     variance = variance + (noise.signal_share * signal) ** 2
     variance = variance + pad.offset_variance + 2 * load[:, None] * with_offset + load[:, None] ** 2 * open_
-    log = stats.norm(pad.offset + signal, np.sqrt(variance)).logpdf(touches.readings[index])
-    log = np.where(touches.counts[index] > 0, log, 0.0).sum(axis=1)
+    here = touches.counts[index] > 0
+    shared = load[:, None, None] * pad.shared_at(location)[..., here]
+    covariance = variance[:, here, None] * np.eye(here.sum()) + shared.swapaxes(1, 2) @ shared
+    miss = (touches.readings[index] - pad.offset - signal)[:, here, None]
+    squares = (miss * np.linalg.solve(covariance, miss)).sum(axis=(1, 2))
+    log = -0.5 * (squares + np.linalg.slogdet(covariance)[1])
     return np.asarray(log + stats.norm(touches.load[index], touches.load_sd[index]).logpdf(load))
 
 

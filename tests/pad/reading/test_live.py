@@ -41,6 +41,7 @@ def exact(reader: PadReader, reading: np.ndarray, load: float, measured: bool) -
     sd = reader.measured_load_sd(np.array([load]), np.array([READS]))[0] if measured else reader.load_sd
     given = np.array([load if measured else reader.load])
     touches = PadTouches(reading[None], np.full((1, 4), int(READS)), given, np.array([sd]), reader.noise.load_scatter)
+    touches = replace(touches, changes=np.zeros((1, 0, 5)))
     places, loads = np.linspace(7.0, 9.0, 201), np.linspace(0.5 * load, 1.6 * load, 2001)
     grid = np.stack([each.ravel() for each in np.meshgrid(places, loads, indexing="ij")], axis=-1)
     log = reader.log_density(touches, grid[None], np.array([0]))[0]
