@@ -120,12 +120,13 @@ def main(folder: Path, small: bool = False, docs: bool = False) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     text = run(PAGE.read_text("utf-8"), folder, small)
     if docs:
+        PAGE.write_text(text, "utf-8")
+        write_between(MARK, readme_table(folder), README)
         sys.path.append(str(PICTURES))
         from report_first_screen import take_picture
 
+        # Last, as it ends here without Chromium.
         take_picture((folder / "channel-report" / "index.html").resolve(), PICTURES / "tutorial_first_screen.png")
-        PAGE.write_text(text, "utf-8")
-        write_between(MARK, readme_table(folder), README)
 
 
 if __name__ == "__main__":
