@@ -248,6 +248,20 @@ class Scorer:
         cross = columns.transposed(self.integrated_jacobian).T
         return self._score(slope, gram, raw, cross)
 
+    def of_touches(self, own: FloatArray) -> Score:
+        """Score of t whitened columns, each of one touch: column t is the row t of `own` (t, m) there, else zero."""
+        t, m = own.shape
+
+        def onto(rows: FloatArray) -> FloatArray:
+            return np.asarray(np.einsum("tm,tmq->tq", own, rows.reshape(t, m, -1)))
+
+        functions, squares = self.fitted.functions, (own**2).sum(axis=1)
+        gram = np.diag(squares)
+        if functions is not None:
+            shared = onto(functions.white.dense())
+            gram -= shared @ cho_solve((functions.root, True), shared.T)
+        return self._score(onto(self.plain)[:, 0], gram, squares, onto(self.integrated_jacobian).T)
+
     def _score(self, slope: FloatArray, gram: FloatArray, raw: FloatArray, cross: FloatArray) -> Score:
         absorbed = solve_triangular(self.root, cross, lower=True)
         return Score(np.asarray(slope), np.asarray(gram - absorbed.T @ absorbed), np.asarray(raw))

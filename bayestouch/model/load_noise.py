@@ -7,9 +7,9 @@ drifts changes all readings of a touch as a wrong load does. So the noise is est
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_once
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.left_over import force_noise
 from bayestouch.model.linear import Scorer
@@ -24,10 +24,12 @@ def load_noise_again(fitted: Fitted, known: LoadNoise) -> FloatArray:
     """
     load, reads = fitted.model.known.load, fitted.model.known.means.reads_of_load
     measured, now = np.isfinite(load), force_noise(fitted)
-    slope, information = _of_loads(fitted, np.where(measured, 1 / np.sqrt(np.maximum(reads, 1.0)), 0.0))
+    one_read = np.where(measured, 1 / np.sqrt(read_once(reads)), 0.0)
+    by_noise = fitted.model.by_load(fitted.vector) * one_read[:, None]
+    score = Scorer(fitted.linear).of_touches(fitted.whitening.touches(by_noise))
     # With another noise s of the loads, the covariance of the whitened readings changes by (s² - now²) U Uᵀ.
-    values, vectors = np.linalg.eigh(information)
-    squares = (vectors.T @ slope) ** 2
+    values, vectors = np.linalg.eigh(score.information)
+    squares = (vectors.T @ score.slope) ** 2
     grid = known.grid
     change = np.exp(2 * grid)[:, None] - now**2
     # The information contains the present noise, so that it is below its inverse square.
@@ -43,21 +45,3 @@ def with_load_noise_of(other: Fitted, fitted: Fitted) -> Fitted:
     if np.array_equal(other.noise.load_sd, fitted.noise.load_sd):
         return fitted
     return fit(fitted.model, fitted.vector, fitted.noise.with_(load_sd=other.noise.load_sd), fitted.drifts)
-
-
-def _of_loads(fitted: Fitted, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Score (t,) and information (t, t) of an error of each load, in units `scale` (t,); all else integrated out."""
-    by_load = fitted.model.by_load(fitted.vector) * scale[:, None]
-    own = fitted.whitening.touches(by_load)
-    scorer, (t, m) = Scorer(fitted.linear), own.shape
-
-    def onto(rows: FloatArray) -> FloatArray:
-        return np.asarray(np.einsum("tm,tmq->tq", own, rows.reshape(t, m, -1)))
-
-    information = np.diag((own**2).sum(axis=1))
-    functions = fitted.linear.functions
-    if functions is not None:
-        shared = onto(functions.white.dense())
-        information -= shared @ cho_solve((functions.root, True), shared.T)
-    absorbed = solve_triangular(scorer.root, onto(scorer.integrated_jacobian).T, lower=True)
-    return onto(scorer.plain)[:, 0], information - absorbed.T @ absorbed
