@@ -39,6 +39,8 @@ BETTER = 2.0
 Difference = tuple[float, float]
 #: Log density of each touch held out with its block, (t,), by what is held out: ``times`` and perhaps ``places``.
 Densities = Mapping[str, FloatArray]
+#: The same in its parts, (t, 3), as `bayestouch.model.predictive.held_out_density` gives them.
+Parts = Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -104,25 +106,25 @@ def still_drift(effect: Effect, fitted: Fitted) -> bool:
     if effect.name not in {drift.name for drift, _ in fitted.drifts}:
         return True
     less = fit_without(effect, fitted)
-    blocks, places = blocks_of(less), fit_correction(less)
-    if places is None:
+    blocks, correction = blocks_of(less), fit_correction(less)
+    if correction is None:
         return True
-    fold = blocks["times"] % FOLDS
-    if not lowers_errors(held_out_density(less.linear, fold), held_out_density(places.linear, fold)):
+    places = parts_of_held_out(correction.linear, blocks)
+    if not lowers_errors(held_out_density(less.linear, blocks["times"] % FOLDS), places["times"]):
         return True
-    drift, place = (densities_of_held_out(each, blocks) for each in (fitted.linear, places.linear))
-    return all(each.is_drift for each in place_or_time(less, {effect.name: drift}, place))
+    drift = densities_of_held_out(fitted.linear, blocks)
+    return all(each.is_drift for each in place_or_time(less, {effect.name: drift}, densities(places)))
 
 
-def lowers_errors(model: FloatArray, places: FloatArray) -> bool:
-    """True if functions of place lower the squared error of held-out touches.
+def lowers_errors(model: FloatArray, functions: FloatArray) -> bool:
+    """True if functions of place, or of time, lower the squared error of held-out touches.
 
     Parameters
     ----------
-    model, places : (t, 3) array
-        Result of `bayestouch.model.predictive.held_out_density` across times, by a model without and with them.
+    model, functions : (t, 3) array
+        Result of `bayestouch.model.predictive.held_out_density`, by a model without and with them.
     """
-    return bool(places[:, 2].sum() > model[:, 2].sum())
+    return bool(functions[:, 2].sum() > model[:, 2].sum())
 
 
 def in_place(fitted: Fitted, model: Densities | None, places: Densities | None) -> dict[str, Difference] | None:
@@ -148,9 +150,19 @@ def blocks_of(fitted: Fitted) -> dict[str, IntArray]:
     return {"times": time_blocks(fitted), **({} if of_places is None else {"places": of_places})}
 
 
+def parts_of_held_out(model: Linearised, blocks: Mapping[str, IntArray]) -> Parts:
+    """Parts of the log density of each touch held out with its block, (t, 3), by what is held out."""
+    return {kind: held_out_density(model, block % FOLDS) for kind, block in blocks.items()}
+
+
+def densities(parts: Parts) -> Densities:
+    """Log density of each touch, (t,), by what is held out."""
+    return {kind: gained(each) for kind, each in parts.items()}
+
+
 def densities_of_held_out(model: Linearised, blocks: Mapping[str, IntArray]) -> Densities:
     """Log density of each touch held out with its block, (t,), by what is held out."""
-    return {kind: gained(held_out_density(model, block % FOLDS)) for kind, block in blocks.items()}
+    return densities(parts_of_held_out(model, blocks))
 
 
 def differences(one: Densities, other: Densities, blocks: Mapping[str, IntArray]) -> dict[str, Difference]:

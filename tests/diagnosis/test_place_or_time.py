@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from search_cases import effect
 
 from bayestouch.diagnosis import place_or_time as module
 from bayestouch.diagnosis.place_or_time import PlaceOrTime, sums_of_blocks
@@ -102,6 +104,31 @@ def test_better_beside_functions_of_place(
     assert module.is_better_beside(fitted, places) == better
     monkeypatch.setattr(module, "fit_correction", lambda fitted: None)
     assert module.is_better_beside(fitted, places)
+
+
+@pytest.mark.parametrize(("squares", "drift", "still"), [(-6.0, 1.0, True), (-4.0, 1.0, False), (-4.0, 9.0, True)])
+def test_a_drift_of_a_model_faces_functions_of_place(
+    monkeypatch: pytest.MonkeyPatch, squares: float, drift: float, still: bool
+) -> None:
+    """Functions of place count if they lower half the squared error, 5; they gain 5 a touch. Nothing is held out twice."""
+    of: dict[str, tuple[float, float]] = {"less": (0.0, -5.0), "placed": (5.0, squares), "drift": (drift, -9.0)}
+    about, calls = np.array([-0.2, 0.0, 0.2]), []
+
+    def held_out(linear: Any, fold: Any) -> Any:
+        calls.append((linear, *fold))
+        gain, square = of[linear]
+        return np.stack([gain + about * (linear == "drift"), np.zeros(3), np.full(3, square)], axis=1)
+
+    less: Any = SimpleNamespace(linear="less")
+    fitted: Any = SimpleNamespace(linear="drift", drifts=((effect("wander"), ()),))
+    monkeypatch.setattr(module, "held_out_density", held_out)
+    monkeypatch.setattr(module, "fit_without", lambda effect, fitted: less)
+    monkeypatch.setattr(module, "fit_correction", lambda fitted: SimpleNamespace(linear="placed"))
+    blocks = {"times": np.arange(3), "places": np.array([1, 2, 0])}
+    monkeypatch.setattr(module, "blocks_of", lambda fitted: blocks)
+    assert module.still_drift(effect("wander"), fitted) == still
+    assert len(set(calls)) == len(calls)
+    assert module.still_drift(effect("another"), fitted)
 
 
 def test_sums_of_blocks() -> None:
