@@ -2,11 +2,11 @@
 
 A set of causes is right if it names the effects that were simulated and no others. Beside effects it may name something
 in place: most of the simulator's forms are not those of the catalogue. A drift counts as named by "something in time".
-Without a listed effect, "nothing" is right where there is none, and "something in place", "something in time" or
-"something else" where the cause is in no catalogue. Effects and something else are right if these effects were
-simulated, and others with them. So sets that differ only by something in place beside the same
-effects are one statement: its probability is the sum of theirs. The rule that the probabilities are compared with is
-the verdict with its effects, taken as a probability of 0.99; "unattributed" counts as something in place.
+Without a listed effect, "nothing" is right where there is none, and "something in place", "something in time",
+"something in single touches" or "something else" where the cause is in no catalogue. Effects and something else are
+right if these effects were simulated, and others with them. So sets that differ only by something in place beside the
+same effects are one statement: its probability is the sum of theirs. The rule that the probabilities are compared
+with is the verdict with its effects, taken as a probability of 0.99; "unattributed" counts as something in place.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from _page import markdown_table
 from scipy.stats import binomtest
 
-from bayestouch.diagnosis.causes import IN_TIME, NOTHING
+from bayestouch.diagnosis.causes import IN_TIME, IN_TOUCHES, NOTHING
 from bayestouch.diagnosis.imitations import SOMETHING_ELSE
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 
@@ -38,7 +38,7 @@ def right(names: Sequence[str], record: Record) -> bool:
     if record["kind"] == "none":
         return named == {NOTHING}
     if record["kind"] == "unlisted":
-        return bool(named) and named <= {IN_PLACE, IN_TIME, SOMETHING_ELSE}
+        return bool(named) and named <= {IN_PLACE, IN_TIME, IN_TOUCHES, SOMETHING_ELSE}
     drifts = {each for each in listed - named if each in DRIFTS}
     if IN_TIME in named and len(drifts) == 1:
         named = named - {IN_TIME} | drifts

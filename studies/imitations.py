@@ -29,7 +29,7 @@ from _page import DOCS, markdown_table, put_into_page
 from _result_lines import kept_lines
 from causes import with_statement
 
-from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes, Names
+from bayestouch.diagnosis.causes import IN_TIME, IN_TOUCHES, NOTHING, Causes, Names
 from bayestouch.diagnosis.imitations import (
     NO_EFFECTS,
     SOMETHING_ELSE,
@@ -154,7 +154,7 @@ def _passed_over(record: Record) -> Iterator[tuple[Row, bool, float]]:
     for each in recorded(record):
         for name in {*each.names} - {NOTHING, IN_PLACE}:
             if named.passed_over(name, each.names):
-                if name == IN_TIME:
+                if name in (IN_TIME, IN_TOUCHES):
                     yield ("in_time", None), bool(truth & DRIFTS - {*named.effects}), each.probability
                 else:
                     yield ("passed_over", named.structure_left), name in truth, each.probability

@@ -42,6 +42,8 @@ from bayestouch.diagnosis.rounds import SearchRound, Tried
 
 #: Name of the cause if only drifts that were not added explain the readings; and name of the model without a cause.
 IN_TIME, NOTHING = "something in time", "nothing"
+#: Name of the cause if such a drift predicts no touch: the misfit changes from touch to touch.
+IN_TOUCHES = "something in single touches"
 # Number of draws of the bootstrap: the Monte Carlo error of a probability is below 0.008.
 DRAWS = 4000
 
@@ -55,8 +57,8 @@ class Causes:
     Attributes
     ----------
     names : tuple of str
-        Names of effects in the order in which they were added, ``something in place`` or ``something in time``; only
-        ``nothing`` for the model without a cause.
+        Names of effects in the order in which they were added, ``something in place``, ``something in time`` or
+        ``something in single touches``; only ``nothing`` for the model without a cause.
     probability : float
         Probability among all sets that the search tried.
     """
@@ -77,11 +79,14 @@ class Compared:
         Log density of each held-out touch minus that by the model without a cause, by what is held out.
     scored : float
         Log of the marginal likelihood ratio of a last cause that was only scored; zero if it was fitted.
+    predicts : bool
+        `Tried.predicts` of the last cause, if it was fitted.
     """
 
     names: Names
     gain: Densities
     scored: float = 0.0
+    predicts: bool = True
 
     @property
     def known(self) -> bool:
@@ -97,10 +102,12 @@ def causes(rounds: Sequence[SearchRound]) -> tuple[Causes, ...]:
     blocks = blocks_of(rounds[0].before)
     gains = [sums_of_blocks([each.gain[way] for each in models], blocks[way]) for way in _ways(rounds)]
     probability = weights(gains, prior)
-    drifts = drifts_not_added(rounds)
+    called = dict.fromkeys(drifts_not_added(rounds), IN_TIME)
     total: dict[Names, float] = {}
     for model, share in zip(models, probability.tolist(), strict=True):
-        names = tuple(dict.fromkeys(IN_TIME if each in drifts else each for each in model.names)) or (NOTHING,)
+        astray = () if model.predicts else model.names[-1:]
+        by = {**called, **{each: IN_TOUCHES for each in astray if each in called}}
+        names = tuple(dict.fromkeys(by.get(each, each) for each in model.names)) or (NOTHING,)
         total[names] = total.get(names, 0.0) + share
     return tuple(Causes(*each) for each in sorted(total.items(), key=lambda each: -each[1]))
 
@@ -154,7 +161,7 @@ def _of_round(one: SearchRound, names: Names, start: Densities) -> Iterable[Comp
             size = 0.5 * float(np.log(one.before.model.known.n_touches)) if each.effect.random else 0.0
             yield Compared((*names, each.effect.name), start, each.scored_gain - size)
         elif (gain := _gain(each, one, start)) is not None:
-            yield Compared((*names, each.effect.name), gain)
+            yield Compared((*names, each.effect.name), gain, predicts=each.predicts)
     if one.held_out_in_place is not None:
         yield Compared((*names, IN_PLACE), _added(start, one.held_out_in_place, one.held_out))
 

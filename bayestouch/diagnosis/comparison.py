@@ -9,7 +9,14 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.blocks import FOLDS, time_blocks
-from bayestouch.diagnosis.place_or_time import Densities, blocks_of, densities_of_held_out, lowers_errors
+from bayestouch.diagnosis.place_or_time import (
+    Densities,
+    Parts,
+    blocks_of,
+    densities,
+    lowers_errors,
+    parts_of_held_out,
+)
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.model.candidates import Candidate
 from bayestouch.model.correction import Correction
@@ -65,23 +72,23 @@ def gained_by_noise(fitted: Fitted) -> FloatArray:
     return np.asarray((0.5 * (1 - 1 / variance) * squares - 0.5 * free * np.log(variance)).sum(axis=1))
 
 
-def held_out_each_way(fitted: Fitted, model: Linearised, by_time: FloatArray) -> Densities:
-    """Log density of each touch by a model, with the blocks of `fitted`; by times it is known already, (t, 3)."""
+def held_out_each_way(fitted: Fitted, model: Linearised, by_time: FloatArray) -> Parts:
+    """Parts of the density of each touch by a model, with the blocks of `fitted`; by times it is known already."""
     others = {kind: block for kind, block in blocks_of(fitted).items() if kind != "times"}
-    return {"times": gained(by_time), **densities_of_held_out(model, others)}
+    return {"times": by_time, **parts_of_held_out(model, others)}
 
 
 def gained_in_place(
     fitted: Fitted, correction: Correction | None, before: FloatArray
 ) -> tuple[float, float, Densities | None]:
-    """Gain of held-out log density by a correction, its standard error, and `held_out_each_way`.
+    """Gain of held-out log density by a correction, its standard error, and its density each way.
 
     A correction that does not lower the squared error of held-out touches is as none: zero, zero and None.
     """
     after = before if correction is None else held_out_density(correction.linear, folds(fitted))
     if correction is None or not lowers_errors(before, after):
         return 0.0, 0.0, None
-    return *paired(gained(after - before)), held_out_each_way(fitted, correction.linear, after)
+    return *paired(gained(after - before)), densities(held_out_each_way(fitted, correction.linear, after))
 
 
 def paired(difference: FloatArray) -> tuple[float, float]:
@@ -118,7 +125,7 @@ def tried_noise(noise: NoiseCandidate, *, by_chance: bool) -> Tried:
 def refit_all(
     fitted: Fitted,
     candidates: Sequence[Candidate],
-    before: FloatArray,
+    before: Parts,
     least: float,
     scheduler: str | None,
     progress: Callable[[int], None] = lambda number: None,
@@ -127,12 +134,12 @@ def refit_all(
     return in_order(scheduler, _refit_one, (fitted, before, least), candidates, progress)
 
 
-def _refit_one(shared: tuple[Fitted, FloatArray, float], candidate: Candidate) -> Tried:
+def _refit_one(shared: tuple[Fitted, Parts, float], candidate: Candidate) -> Tried:
     fitted, before, least = shared
     return refit(fitted, candidate, before, least)
 
 
-def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, least: float) -> Tried:
+def refit(fitted: Fitted, candidate: Candidate, before: Parts, least: float) -> Tried:
     """Result of a model with a candidate added and fitted again, with the same whitening so that densities compare.
 
     Parameters
@@ -141,8 +148,8 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, least: float
         The model without the candidate.
     candidate : Candidate
         The candidate to add.
-    before : (t, 3) array
-        Density of the model without the candidate.
+    before : mapping of str to (t, 3) array
+        Density of the model without the candidate, see `held_out_each_way`.
     least : float
         Gain within touches above which the effect is visible by itself, if it is also above `ERRORS` standard errors.
     """
@@ -150,8 +157,8 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, least: float
     enough = max(SETTLED, ROUGHLY * fitted.excess)
     again = fit_with(effect, fitted, lambda: candidate.start, whitening=fitted.whitening, enough=enough)
     new = again.fitted
-    after = density(new)
-    difference = after - before
+    after = held_out_each_way(fitted, new.linear, density(new))
+    difference = after["times"] - before["times"]
     gain, error = paired(gained(difference))
     within, within_se = paired(difference[:, 1])
     return Tried(
@@ -167,5 +174,6 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, least: float
         fitted=new,
         difference=gained(difference),
         noise_again=gained_by_noise(new) - gained_by_noise(fitted),
-        held_out=held_out_each_way(fitted, new.linear, after),
+        held_out=densities(after),
+        predicts=any(lowers_errors(before[way], after[way]) for way in before),
     )

@@ -25,14 +25,14 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
-from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes, Names, causes
+from bayestouch.diagnosis.causes import IN_TIME, IN_TOUCHES, NOTHING, Causes, Names, causes
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.rounds import SearchRound
 
 #: Name of a cause that a set does not name.
 SOMETHING_ELSE = "something else"
 #: Names of sets of causes that are not effects.
-NO_EFFECTS = {NOTHING, IN_PLACE, IN_TIME, SOMETHING_ELSE}
+NO_EFFECTS = {NOTHING, IN_PLACE, IN_TIME, IN_TOUCHES, SOMETHING_ELSE}
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,8 @@ def split(names: Names, named: Named, shares: Shares, best: Names | None) -> Ite
     tried = [each for each in names if each != IN_PLACE]
     over = [each for each in tried if named.passed_over(each, names)]
     chosen = [each for each in tried if each not in over]
-    of_each = [shares.in_time if each == IN_TIME else shares.passed_over for each in over]
+    # What single touches have is fitted by a drift, and is passed over as often as one.
+    of_each = [shares.in_time if each in (IN_TIME, IN_TOUCHES) else shares.passed_over for each in over]
     for there in product((True, False), repeat=len(tried)):
         of_chosen, of_over = there[: len(chosen)], there[len(chosen) :]
         probability = _of_named(of_chosen, shares) * _of_all(of_over, of_each)

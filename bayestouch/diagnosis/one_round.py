@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.choice import indistinguishable_from, most_probable
 from bayestouch.diagnosis.comparison import (
     density,
@@ -18,7 +17,7 @@ from bayestouch.diagnosis.comparison import (
     tried_noise,
 )
 from bayestouch.diagnosis.imitations import most_probable_alone
-from bayestouch.diagnosis.place_or_time import Densities, PlaceOrTime, is_better_beside, place_or_time
+from bayestouch.diagnosis.place_or_time import Densities, Parts, PlaceOrTime, densities, is_better_beside, place_or_time
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.kinds import of_noise
@@ -59,7 +58,7 @@ def one_round(
     noise = tuple(each for each in of_noise(effects) if each.name not in fitted.names)
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
-    before, least = density(fitted), smallest_gain(fitted)
+    before, least = held_out_each_way(fitted, fitted.linear, density(fitted)), smallest_gain(fitted)
     leading = _leading([c for c in scored if _passes(c.z, trials) and c.gain > 0])
     part = (REFITTED - SCORED) / max(len(leading), 1)
     stages = [*(f"refit {each.effect.name}" for each in leading), "functions of place"]
@@ -71,7 +70,7 @@ def one_round(
     again = refit_all(fitted, leading, before, least, scheduler, refitting)
     refitted = {each.effect.name: each for each in again}
     correction = fit_correction(fitted)
-    correction_gain, correction_se, in_place = gained_in_place(fitted, correction, before)
+    correction_gain, correction_se, in_place = gained_in_place(fitted, correction, before["times"])
     possible = max(correction_gain, fitted.excess, least)
     tried = []
     for c in scored:
@@ -90,7 +89,7 @@ def one_round(
         correction_gain,
         correction_se,
         added=None,
-        held_out=held_out_each_way(fitted, fitted.linear, before),
+        held_out=densities(before),
         held_out_in_place=in_place,
     )
     whole = replace(whole, probable=most_probable_alone(whole))
@@ -140,7 +139,7 @@ def _best_first(tried: list[Tried]) -> list[Tried]:
 
 
 def _with_looser(
-    tried: list[Tried], fitted: Fitted, before: FloatArray, least: float, possible: float, scheduler: str | None
+    tried: list[Tried], fitted: Fitted, before: Parts, least: float, possible: float, scheduler: str | None
 ) -> list[Tried]:
     """The candidates; those that explain enough in their looser form where this is clearly better.
 

@@ -6,7 +6,8 @@ in one way and not worse in the other; if neither does, the order of the touches
 
 Functions of place count for nothing unless they lower the squared error of touches that are held out across times.
 Where the misfit changes from touch to touch, as with places that are wrong at random, they are uncertain by as much as
-the misfit, and this alone increases the log density, while their mean predicts worse than the model without them.
+the misfit, and this alone increases the log density, while their mean predicts worse than the model without them. So is
+a drift: one that lowers the squared error in neither way says that single touches have errors, and nothing of time.
 
 In a scan the touches before are those of the places beside, so that an effect of earlier touches can follow errors that
 belong to a place. Where functions of place predict better in one way and not worse in the other, it stays only if it is

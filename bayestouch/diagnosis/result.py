@@ -84,8 +84,9 @@ class Diagnosis(Summarised):
         """Probability of each set of causes that the search tried, by their names, most probable first.
 
         The probabilities sum to one. Besides effects, names are ``something in place`` (smooth functions of the place
-        touched), ``something in time`` (a drift that was not added), ``something else`` (a cause that was not tried; in
-        a set with others it is there beside them) and ``nothing``.
+        touched), ``something in time`` (a drift that was not added), ``something in single touches`` (errors that
+        follow neither time nor place, as of places that are wrong at random), ``something else`` (a cause that was not
+        tried; in a set with others it is there beside them) and ``nothing``.
         """
         return {tuple(each["names"]): each["probability"] for each in self.numbers["causes"]}
 

@@ -44,6 +44,9 @@ class Tried:
         Gain of each touch.
     held_out : mapping of str to (t,) array, or None
         Log density of each touch held out with its block, by what is held out, if it was refitted.
+    predicts : bool
+        Whether it lowers the squared error of held-out touches in some way to hold them out. A random function that
+        does not is only uncertain by as much as the misfit.
     noise_again : (t,) array or float
         Further gain of each touch if the noise is estimated again from the scatter that is left within touches; zero
         for what does not change this scatter.
@@ -74,6 +77,7 @@ class Tried:
     found_noise: FoundNoise | None = None
     indistinguishable: tuple[str, ...] = ()
     held_out: Densities | None = None
+    predicts: bool = True
     noise_again: FloatArray | float = 0.0
     scored_gain: float = float("nan")
 

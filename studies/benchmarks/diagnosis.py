@@ -20,7 +20,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import bayestouch
-from bayestouch.diagnosis.comparison import density, refit
+from bayestouch.diagnosis.comparison import density, held_out_each_way, refit
 from bayestouch.diagnosis.one_round import LEADING
 from bayestouch.effects import catalogue
 from bayestouch.effects.noise import NoiseEffect
@@ -46,7 +46,7 @@ def cost_of_effects(dataset: bayestouch.DataSet) -> dict[str, tuple[float, float
     """Seconds of the score and of the refit of each effect in the first round; noise has no refit of its own."""
     data = SplitData.of(dataset)
     fitted = base_fit(data.observations(data.training), data.dataset.sensor, CONTACT)
-    before = density(fitted)
+    before = held_out_each_way(fitted, fitted.linear, density(fitted))
     cost = {}
     for effect in catalogue(data.setting(CONTACT, fitted.model.reference_load)):
         if isinstance(effect, NoiseEffect):

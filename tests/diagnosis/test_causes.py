@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +15,7 @@ from scipy.special import expit
 
 import bayestouch
 from bayestouch.diagnosis import causes as module
-from bayestouch.diagnosis.causes import DRAWS, IN_TIME, NOTHING, causes, compared_models, weights
+from bayestouch.diagnosis.causes import DRAWS, IN_TIME, IN_TOUCHES, NOTHING, causes, compared_models, weights
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.search import search
@@ -188,6 +189,44 @@ def test_drifts_that_were_not_added_share_a_name(monkeypatch: pytest.MonkeyPatch
     dropped = one_round((), held_out=held(-10))
     rounds = (one_round((), one, two, added=0, held_out=held(-10)), last, dropped)
     assert {each.names for each in causes(rounds)} == {(NOTHING,), (IN_TIME,)}
+
+
+def test_a_drift_that_predicts_no_touch_is_something_in_single_touches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that was added has its own name, and so has an effect that is no drift."""
+    monkeypatch.setattr(module, "blocks_of", lambda fitted: {"times": np.arange(4)})
+    wide = [
+        tried("zero", random=True, predicts=False, held_out=held(-9)),
+        tried("a", predicts=False, held_out=held(-9)),
+    ]
+    right = tried("gain", random=True, held_out=held(-9))
+    found = {each.names: each.probability for each in causes((one_round((), *wide, right, held_out=held(-10)),))}
+    odds = np.exp(4) / 4
+    assert set(found) == {(NOTHING,), (IN_TOUCHES,), (IN_TIME,), ("a",)}
+    assert found[IN_TOUCHES,] == found[IN_TIME,] == pytest.approx(odds / (1 + 3 * odds))
+    last = one_round(("a",), wide[0], held_out=held(-10))
+    beside = [each.names for each in causes((one_round((), *wide, added=1, held_out=held(-10)), last))]
+    assert set(beside) == {(NOTHING,), (IN_TOUCHES,), ("a",), ("a", IN_TOUCHES)}
+    last = one_round(("zero",), held_out=held(-10))
+    added = [each.names for each in causes((one_round((), *wide, added=0, held_out=held(-10)), last))]
+    assert set(added) == {(NOTHING,), ("zero",), ("a",)}
+
+
+def test_places_that_are_wrong_at_random_are_nothing_in_time() -> None:
+    """On a line of four elements, touched in random order; each place is wrong by 0.2 mm, as a positioning stage is."""
+    design = bayestouch.PadDesign((0.0, 6.0, 12.0, 18.0), None, calibration_step_mm=0.2, n_touches=20)
+    data = bayestouch.simulate(design, seed=2).dataset
+    known, rng = data.calibration, np.random.default_rng(2)
+    assert known is not None and known.x_mm is not None
+    n = known.touch[-1] + 1
+    order = rng.permutation(n)
+    rows = np.argsort(order[known.touch], kind="stable")
+    wrong = known.x_mm + 0.2 * rng.standard_normal(n)[known.touch]
+    mixed = known.with_(x_mm=wrong).select(rows).with_(touch=order[known.touch][rows])
+    data = replace(data, calibration=mixed)
+    body = body_of(data.sensor)
+    begun = body.begin(SplitData.of(data), draws=8, seed=0, **body.own({"kernel": None}))
+    found = {each.names: each.probability for each in causes(search(begun.fitted, begun.effects))}
+    assert found.get((IN_TOUCHES,), 0.0) > 0.9 and found.get((IN_TIME,), 0.0) < 0.01
 
 
 @pytest.mark.slow

@@ -69,8 +69,8 @@ def test_densities_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(place_or_time, "held_out_density", lambda model, fold: made * (1 + fold[:, None]))
     model: Any = None
     found = comparison.held_out_each_way(model, model, made)
-    np.testing.assert_array_equal(found["times"], [3, 7, 11])
-    np.testing.assert_array_equal(found["places"], [3, 7, 22])
+    np.testing.assert_array_equal(found["times"], made)
+    np.testing.assert_array_equal(found["places"], made * [[1], [1], [2]])
     assert list(found) == ["times", "places"]
 
 
@@ -156,21 +156,47 @@ def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone
     monkeypatch.setattr(joining, "fit_from_both", lambda *of, whitening, enough: used.update(enough=enough) or new)
     after = np.array([[1.0, 2.0, 5.0], [2.0, 3.0, 6.0], [3.0, 4.0, 7.0]])
     monkeypatch.setattr(comparison, "density", lambda fitted: after + 10)
-    each_way: Any = lambda fitted, linear, density: {"times": density[:, 0], "of": (fitted, linear)}  # noqa: E731
+    asked: list[Any] = []
+
+    def each_way(fitted: Any, linear: Any, density: Any) -> Any:
+        asked.append((fitted, linear))
+        return {"times": density}
+
     monkeypatch.setattr(comparison, "held_out_each_way", each_way)
     again = {id(new): np.array([4.0, 5.0, 6.0]), id(fitted): np.array([1.0, 1.0, 1.0])}
     monkeypatch.setattr(comparison, "gained_by_noise", lambda fitted: again[id(fitted)])
     candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,))
-    found = refit(fitted, candidate, np.full((3, 3), 10.0), least)
+    before = {"times": np.full((3, 3), 10.0)}
+    found = refit(fitted, candidate, before, least)
     assert (found.gain, found.of_means, found.start) == (15.0, 18.0, (7.0,))
     assert found.gain_se == pytest.approx(np.sqrt(3 * 4)) and found.by_itself == alone
     np.testing.assert_array_equal(found.difference, [3.0, 5.0, 7.0])
-    assert found.held_out is not None and found.held_out["of"] == (fitted, "new")
-    np.testing.assert_array_equal(found.held_out["times"], [11.0, 12.0, 13.0])
+    assert found.held_out is not None and asked == [(fitted, "new")]
+    np.testing.assert_array_equal(found.held_out["times"], [23.0, 25.0, 27.0])
     np.testing.assert_array_equal(found.noise_again, [3.0, 4.0, 5.0])
     monkeypatch.setattr(comparison, "ERRORS", 5.2)  # 5.2 sqrt(3) = 9.007
-    assert not refit(fitted, candidate, np.full((3, 3), 10.0), 0.0).by_itself
+    assert not refit(fitted, candidate, before, 0.0).by_itself
     assert used["enough"] == pytest.approx(0.3)
     fitted.excess = 100.0
-    refit(fitted, candidate, np.full((3, 3), 10.0), least)
+    refit(fitted, candidate, before, least)
     assert used["enough"] == 0.05
+
+
+@pytest.mark.parametrize(
+    ("times", "places", "predicts"), [(-1.0, -1.0, False), (-1.0, 1.0, True), (1.0, -1.0, True), (0.0, 0.0, False)]
+)
+def test_what_predicts_lowers_errors_in_some_way(
+    monkeypatch: pytest.MonkeyPatch, times: float, places: float, predicts: bool
+) -> None:
+    """However much it gains by its uncertainty: 100 of each touch."""
+    new = SimpleNamespace(fitted=SimpleNamespace(linear=None), values=())
+    monkeypatch.setattr(comparison, "fit_with", lambda *of, **options: new)
+    monkeypatch.setattr(comparison, "density", lambda fitted: None)
+    monkeypatch.setattr(comparison, "gained_by_noise", lambda fitted: np.zeros(3))
+    after = {way: np.array([[100.0, 0.0, -7.0 + gain]] * 3) for way, gain in (("times", times), ("places", places))}
+    monkeypatch.setattr(comparison, "held_out_each_way", lambda fitted, linear, density: after)
+    fitted: Any = SimpleNamespace(excess=1.0, whitening=None)
+    candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=())
+    before = {way: np.array([[0.0, 0.0, -7.0]] * 3) for way in after}
+    found = refit(fitted, candidate, before, 1.0)
+    assert (found.predicts, found.gain) == (predicts, 300.0)

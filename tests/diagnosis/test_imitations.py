@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bayestouch.diagnosis import imitations
-from bayestouch.diagnosis.causes import IN_TIME, NOTHING, Causes
+from bayestouch.diagnosis.causes import IN_TIME, IN_TOUCHES, NOTHING, Causes
 from bayestouch.diagnosis.imitations import SHARES, SOMETHING_ELSE, Named, with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 
@@ -104,6 +104,16 @@ def test_a_rival_that_is_not_named_opens_nothing() -> None:
     assert nothing[NOTHING,] == pytest.approx(1 - of.in_time)
 
 
+def test_something_in_single_touches_has_the_share_of_a_drift_that_was_not_added() -> None:
+    """It is no effect that could hide in a place, and it is passed over as often as something in time."""
+    found = split((("creep", IN_TOUCHES), 1.0), named=("creep",), structure_left=True)
+    assert sum(p for names, p in found.items() if IN_TOUCHES in names) == pytest.approx(LEFT.in_time)
+    alone = split(((IN_TOUCHES,), 0.6), ((IN_PLACE,), 0.4), structure_left=True)
+    assert alone[IN_TOUCHES,] == pytest.approx(0.6 * LEFT.alone * (1 - LEFT.more))
+    rest = 1 - LEFT.unlisted
+    assert alone[SOMETHING_ELSE,] == pytest.approx(0.4 * rest + 0.6 * (1 - LEFT.alone))
+
+
 def test_nothing_is_left_as_it_is_and_a_place_alone_may_be_an_effect() -> None:
     found = split(((NOTHING,), 0.8), ((IN_PLACE,), 0.2))
     assert found[NOTHING,] == 0.8
@@ -159,6 +169,7 @@ def test_each_cause_is_there_with_its_share(
         (((NOTHING,), 1.0), None),
         (((IN_PLACE,), 1.0), None),
         (((IN_TIME,), 1.0), None),
+        (((IN_TOUCHES,), 1.0), None),
     ],
 )
 def test_an_effect_that_is_more_probable_than_all_else(

@@ -54,8 +54,8 @@ def scored_round(
     monkeypatch.setattr(one_round, "score_noise", lambda fitted, effects: said.update(noise=effects) or noise)
     monkeypatch.setattr(one_round, "density", lambda fitted: np.zeros((3, 3)))
     monkeypatch.setattr(comparison, "folds", lambda fitted: None)
-    monkeypatch.setattr(one_round, "held_out_each_way", lambda fitted, linear, density: {"times": density[:, 0]})
-    monkeypatch.setattr(comparison, "held_out_each_way", lambda fitted, linear, density: {"times": density[:, 1]})
+    for each in (one_round, comparison):
+        monkeypatch.setattr(each, "held_out_each_way", lambda fitted, linear, density: {"times": density})
     monkeypatch.setattr(one_round, "refit_all", refit)
     monkeypatch.setattr(one_round, "fit_correction", lambda fitted: correction)
     after = np.outer([30.0, 31, 32], [0.5, 0.5, 9])
@@ -105,7 +105,7 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     found, said = scored_round(monkeypatch, [candidate(name) for name in names], refitted, [], linear)
     assert said["leading"] == names[:5] and said["least"] == pytest.approx(5.0)
     assert found.held_out_in_place is not None and all(np.isnan(each.scored_gain) for each in found.tried)
-    np.testing.assert_array_equal(found.held_out_in_place["times"], [15.0, 15.5, 16.0])
+    np.testing.assert_array_equal(found.held_out_in_place["times"], [30.0, 31.0, 32.0])
     np.testing.assert_allclose(said["progress"], [0.0, 0.25, 0.36, 0.47, 0.58, 0.69, 0.8, 0.85, 1.0])
     # 30 + 31 + 32 with the spread of three numbers one apart; more than the excess.
     assert found.possible == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
@@ -224,7 +224,7 @@ def test_a_drift_faces_functions_of_place(monkeypatch: pytest.MonkeyPatch, z: fl
         if not drifts:  # effects of earlier touches, of which there is none
             return ()
         assert drifts == {"baseline_drift": {"times": "drifting"}}
-        np.testing.assert_array_equal(in_place["times"], [15.0, 15.5, 16.0])
+        np.testing.assert_array_equal(in_place["times"], [30.0, 31.0, 32.0])
         return (found,)
 
     monkeypatch.setattr(one_round, "place_or_time", faced)

@@ -110,7 +110,7 @@ def test_better_beside_functions_of_place(
 def test_a_drift_of_a_model_faces_functions_of_place(
     monkeypatch: pytest.MonkeyPatch, squares: float, drift: float, still: bool
 ) -> None:
-    """Functions of place count if they lower half the squared error, 5; they gain 5 a touch. Nothing is held out twice."""
+    """Functions of place count if they lower half the squared error, 5; they gain 5 a touch. None is held out twice."""
     of: dict[str, tuple[float, float]] = {"less": (0.0, -5.0), "placed": (5.0, squares), "drift": (drift, -9.0)}
     about, calls = np.array([-0.2, 0.0, 0.2]), []
 

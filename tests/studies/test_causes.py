@@ -39,6 +39,8 @@ def result(kind: str, truth: list[str], *sets: tuple[list[str], float], stated: 
         ("unlisted", ["grain"], ["something in place"], True),
         ("unlisted", ["grain"], ["something in place", "something in time"], True),
         ("unlisted", ["grain"], ["something else"], True),
+        ("unlisted", ["grain"], ["something in single touches"], True),
+        ("one", ["gain_drift"], ["something in single touches"], False),
         ("one", ["creep"], ["something else"], False),
         ("none", [], ["something else"], False),
         ("pair", ["creep", "memory"], ["creep", "something else"], True),
