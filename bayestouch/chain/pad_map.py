@@ -144,24 +144,28 @@ class PadMap:
         First those of `shared`, then those of `by_effect`. Linear between grid points: an uncertainty need not be known
         as well as the map.
         """
+        return self._between(self._changes, location)
+
+    def _between(self, table: FloatArray, location: FloatArray) -> FloatArray:
+        """Linear interpolation (..., k, m) of a table (*grid, k m) at locations (..., D)."""
         index = self._index(location)
         flat = index.reshape(-1, self.dimensions)
-        grid = np.array(self._changes.shape[:-1])
+        grid = np.array(table.shape[:-1])
         cell = np.minimum(flat.astype(np.int64), grid - 2)
         share = flat - cell
-        table = self._changes.reshape(-1, self._changes.shape[-1])
+        table, k = table.reshape(-1, table.shape[-1]), table.shape[-1] // self.n_elements
         strides = np.cumprod([1, *grid[:0:-1]])[::-1]
         corner, out = cell @ strides, np.zeros((len(flat), table.shape[1]))
         for taps in product((0, 1), repeat=self.dimensions):
             weight = np.where(taps, share, 1 - share).prod(axis=1)
             out += weight[:, None] * table[corner + int(np.dot(taps, strides))]
-        return out.reshape(*index.shape[:-1], self.n_shared + self.n_causes, self.n_elements)
+        return out.reshape(*index.shape[:-1], k, self.n_elements)
 
     def shared_at(self, location: FloatArray) -> FloatArray:
         """Those of `changes` that belong to `shared`, (..., c, m)."""
         if self.shared is None:
             return np.zeros((*np.shape(location)[:-1], 0, self.n_elements))
-        return self.changes(location)[..., : self.n_shared, :]
+        return self._between(self.shared, location)
 
     def slopes(self, location: FloatArray, load: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the signal at locations (..., D): over the load, and along each coordinate over the load.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -76,3 +78,21 @@ def test_it_is_constant_beyond_its_loads_and_survives_a_file(map_: PadMap) -> No
     again = PadMap.from_arrays(map_.arrays())
     np.testing.assert_array_equal(again.at(x, np.array([1.0, 5.0]))[0], map_.at(x, np.array([1.0, 5.0]))[0])
     assert (map_.exact().at(x, np.array([1.0, 5.0]))[1] == 0).all()
+
+
+def test_errors_that_elements_share_do_not_ask_for_those_of_effects(
+    map_: PadMap, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both are linear between grid points: 2 + 3 x and 5 x for two elements, and three errors of effects beside."""
+    grid = np.arange(-1.0, 12.001, 0.1)[:, None]
+    shared = np.concatenate([2 + 3 * grid, 5 * grid], axis=1)
+    both = replace(map_, shared=shared, by_effect=np.tile(grid, 6), offset_by_effect=np.zeros((3, 2)))
+    where = np.array([[[0.31], [7.77]], [[10.04], [-1.0]]])
+    expected = np.concatenate([2 + 3 * where, 5 * where], axis=-1)[..., None, :]
+    of_effects = np.broadcast_to(where[..., None], (2, 2, 3, 2))
+    changes = both.changes(where)
+    np.testing.assert_allclose(changes, np.concatenate([expected, of_effects], axis=-2), atol=1e-12)
+    monkeypatch.setattr(PadMap, "changes", None)
+    found = both.shared_at(where)
+    np.testing.assert_array_equal(found, changes[..., :1, :])
+    assert both.shared_at(np.zeros((0, 1))).shape == (0, 1, 2) and map_.shared_at(where).shape == (2, 2, 0, 2)
