@@ -14,6 +14,8 @@ from bayestouch.model.noise import NoiseModel
 
 # Relative change of the peaks at which the iteration ends (far below one sd of any value); largest number of fits.
 SAME_PEAKS, MOST_FITS = 2e-4, 6
+# Relative fall of the noise of the loads for which fits are not repeated: as much as it is uncertain from 200 touches.
+SAME_NOISE = 0.05
 
 
 def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel, drifts: tuple[Drift, ...]) -> Fitted:
@@ -38,11 +40,24 @@ def settled(fitted: Fitted) -> Fitted:
     """The model fitted again with its own peaks and whitening.
 
     The noise is estimated again from the scatter within touches, if effects explain a part of this scatter; and so is
-    that of the loads, where it was estimated from the readings.
+    that of the loads, where it was estimated from the readings. A fit with the noise of a model that lacks an effect
+    leaves more than its own noise would, so that fits are repeated while that of the loads falls. They are not repeated
+    where it rises: a larger noise hides structure that is left, from which the next one is larger again.
     """
-    noise, of_loads = fitted.noise, fitted.model.load_noise
-    if of_loads is not None:
-        noise = noise.with_(load_sd=load_noise_again(fitted, of_loads))
+    of_loads = fitted.model.load_noise
+    if of_loads is None:
+        return _fitted_again(fitted, fitted.noise)
+    load_sd = load_noise_again(fitted, of_loads)
+    for _ in range(MOST_FITS):
+        fitted = _fitted_again(fitted, fitted.noise.with_(load_sd=load_sd))
+        load_sd, before = load_noise_again(fitted, of_loads), load_sd
+        if (load_sd >= (1 - SAME_NOISE) * before).all():
+            break
+    return fitted
+
+
+def _fitted_again(fitted: Fitted, noise: NoiseModel) -> Fitted:
+    """The model fitted again with its own peaks, and with a noise whose scatter within touches is what it leaves."""
     if fitted.linear.deviation_jacobian is not None:
         observed = fitted.model.known
         read = ~np.isnan(observed.deviation)

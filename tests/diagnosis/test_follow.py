@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from independent.dataset import EFFECTS, simulate, write
+from independent.finger import SMALL
 
+import bayestouch
+from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.follow import _steps, effects_as_added
 
 
@@ -44,3 +50,24 @@ def test_effects_in_the_order_in_which_they_were_added() -> None:
         ("drift", (2.0,), (0.3,)),
         ("first", (1.0,), (1.0,)),
     ]
+
+
+def test_noise_alone_is_what_an_explained_finger_has(tmp_path: Path) -> None:
+    """A soft spot, and loads stated once a touch with a noise of 1 N/m, of which the first fit makes 11.
+
+    With the effect the noise of the loads is near the true one, so that error, noise alone and lack of fit agree.
+    """
+    simulated = simulate(SMALL, [(EFFECTS["soft_spot: raised cosine"], 2.0)], 1)
+    data = bayestouch.load_dataset(write(simulated, tmp_path / "finger"))
+
+    def once(table: Touches) -> Touches:
+        first = np.unique(table.touch, return_index=True, return_inverse=True)
+        return table.with_(load=table.load[first[1]][first[2]])
+
+    assert data.calibration is not None
+    data = replace(data, calibration=once(data.calibration), touches=once(data.touches))
+    found = bayestouch.diagnose(data, draws=8, sample=False)
+    floor, after = found.numbers["noise_floor_percent_peak"], found.numbers["after"]
+    # 80 touches of 8 elements: a standard error of 6 % of each.
+    assert 0.85 < after["prediction_error_percent_peak"] / floor < 1.15
+    assert found.verdict == "explained" and 0.85 < after["lack_of_fit"] < 1.15

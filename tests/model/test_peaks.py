@@ -84,3 +84,32 @@ def test_noise_is_what_effects_leave_within_touches(monkeypatch: pytest.MonkeyPa
     np.testing.assert_allclose(peaks.settled(fitted).sd, [1.0, 0.3, 0.5 * np.sqrt(10 / 3)])
     linear.deviation_jacobian = None
     assert peaks.settled(fitted) is noise
+
+
+@pytest.mark.parametrize(
+    ("found", "used"),
+    [
+        # The noise of the loads falls with each fit to half of what it was, but not below 1.
+        (lambda now: np.maximum(0.5 * now, 1.0), [4.0, 2.0, 1.0]),
+        (lambda now: 0.96 * now, [0.96 * 8.0]),
+        (lambda now: 1.5 * now, [12.0]),
+        (lambda now: 0.5 * now, [4.0, 2.0, 1.0, 0.5, 0.25, 0.125]),
+    ],
+)
+def test_fits_are_repeated_while_the_noise_of_the_loads_falls(
+    monkeypatch: pytest.MonkeyPatch, found: Any, used: list[float]
+) -> None:
+    """By more than 5 %, and six times at the most."""
+    model, linear = SimpleNamespace(load_noise="prior"), SimpleNamespace(deviation_jacobian=None)
+    fits: list[float] = []
+
+    def again(model: Any, vector: Any, noise: NoiseModel, drifts: Any) -> Any:
+        fits.append(float(noise.load_sd[0]))
+        return SimpleNamespace(model=model, vector=vector, noise=noise, drifts=drifts, linear=linear)
+
+    monkeypatch.setattr(peaks, "fit_with_own_peaks", again)
+    monkeypatch.setattr(peaks, "load_noise_again", lambda fitted, known: found(fitted.noise.load_sd))
+    begun = again(model, 0, NoiseModel(np.ones(2), np.full(3, 8.0), np.ones(2)), ())
+    fits.clear()
+    last = peaks.settled(begun)
+    assert fits == pytest.approx(used) and last.noise.load_sd[0] == fits[-1]
