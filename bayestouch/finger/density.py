@@ -16,7 +16,7 @@ from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.finger.place.touches import ErrorsWithPlaces
 from bayestouch.parallel.parts import of_parts
-from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
+from bayestouch.sampling.rank_one import AlongError, log_density_with_shared_error, shared_error
 
 # Largest number of values in an array (vectors, touches, elements): half a megabyte, which fits into the cache.
 NUMBERS_HELD = 1 << 16
@@ -75,8 +75,9 @@ class FingerDensity:
             data = -0.5 * self.errors.low_rank.squared_distance(np.sqrt(spread.weight) * left)
         else:
             # The covariance depends on the prediction, through the error of the load: its determinant is needed.
-            data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd)
-            data = data + log_prior_of_loads(left, slope, predicted, spread.weight, spread.load_sd).sum(axis=1)
+            of_load = AlongError.of(left, slope, spread.weight)
+            data = log_density_with_shared_error(left, spread.weight, of_load, spread.load_sd)
+            data = data + log_prior_of_loads(of_load, predicted, spread.load_sd).sum(axis=1)
         data = data + 0.5 * spread.log_weight
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
@@ -103,7 +104,7 @@ class FingerDensity:
             along = (weight * left * shared).sum(axis=-1)
             distance = (weight * left**2).sum(axis=-1) - along**2 / (1 + length2)
             volume = np.where(missing, 0.0, np.log(2 * np.pi / np.where(missing, 1.0, weight))).sum(axis=-1)
-            prior = log_prior_of_loads(left, slope, predicted, weight, spread.load_sd)
+            prior = log_prior_of_loads(AlongError.of(left, slope, weight), predicted, spread.load_sd)
             out[part] = -0.5 * (distance + volume + np.log1p(length2)) + prior
         return out
 
@@ -153,31 +154,28 @@ class FingerDensity:
         return likelihood.known.load + variance * pull, np.sqrt(variance)
 
 
-def log_prior_of_loads(
-    left: FloatArray, slope: FloatArray, predicted: FloatArray, weight: FloatArray, load_sd: FloatArray
-) -> FloatArray:
+def log_prior_of_loads(of_load: AlongError, predicted: FloatArray, load_sd: FloatArray) -> FloatArray:
     """Log (n, t) of the prior 1/P at the true load P of each touch, over that at the load of the prediction.
 
     With a prior that is flat in P, each touch would pull all gains down: where the load is integrated out it leaves a
     factor ``1/(dy/dP)`` of the readings y, which is larger for smaller gains. A prior that is flat in ``log P`` leaves
     ``1/(P dy/dP)``. For any power of the load this is proportional to ``1/y`` at the true load, and a touch of unknown
     load then says nothing of a common factor of the gains. So the ratio of the loads is taken as that of the readings
-    along `slope`: those at the true load over the predicted ones. Where readings are proportional to the load the two
+    along their derivative over the load: those at the true load over the predicted ones. Where readings are proportional to the load the two
     ratios are equal; for a flat tip, whose readings are about the 0.85th power of the load, only this one is free of
     the pull.
 
     Parameters
     ----------
-    left, slope, predicted : (n, t, m) arrays
-        Reading minus prediction, derivative of the prediction over the load in N/m, and prediction; finite everywhere.
-    weight : (n, t, m) array
-        Inverse variance of the independent errors; zero leaves an entry out.
+    of_load : AlongError
+        Sums of readings minus predictions, along the derivative of the prediction over the load in N/m.
+    predicted : (n, t, m) array
+        Prediction; finite everywhere.
     load_sd : (n, t) array
         Standard deviation of the true load about that of the prediction, N/m, without this prior and the readings.
     """
-    pulled = weight * slope
-    by_load, along = (np.einsum("ntm,ntm->nt", pulled, each) for each in (slope, predicted))
-    step = np.einsum("ntm,ntm->nt", pulled, left) / (by_load + load_sd**-2.0)
-    change = np.divide(by_load * step, along, out=np.zeros_like(along), where=along > 0)
+    along = np.einsum("ntm,ntm->nt", of_load.pulled, predicted)
+    step = of_load.rows / (of_load.squares + load_sd**-2.0)
+    change = np.divide(of_load.squares * step, along, out=np.zeros_like(along), where=along > 0)
     # Without a least load the prior 1/P has no integral; loads are searched down to the same share.
     return np.asarray(-np.log(np.maximum(1 + change, LEAST_LOAD)))

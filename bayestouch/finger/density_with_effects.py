@@ -25,7 +25,7 @@ from bayestouch.model.joint_drifts import FREE, further_columns, without_drifts,
 from bayestouch.model.observations import Observations
 from bayestouch.model.own_columns import OwnColumns
 from bayestouch.parallel.parts import of_parts
-from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
+from bayestouch.sampling.rank_one import AlongError, inverse_root, log_density_with_shared_errors
 
 # Number of vectors per evaluation if drifts or a correction make the touches dependent.
 TOGETHER = 32
@@ -158,7 +158,8 @@ class EffectDensity:
     def _prior_of_loads(self, vectors: FloatArray, readings: EffectReadings, means: MeanErrors) -> FloatArray:
         """`log_prior_of_loads` (n, t)."""
         load_sd = Precisions.of(self.posterior.known, self.posterior.layout, vectors).load_sd
-        return log_prior_of_loads(means.left, readings.by_load, readings.touches, means.weight, load_sd)
+        of_load = AlongError.of(means.left, readings.by_load, means.weight)
+        return log_prior_of_loads(of_load, readings.touches, load_sd)
 
     def _inside(self, vectors: FloatArray) -> FloatArray:
         posterior = self.posterior

@@ -148,8 +148,34 @@ def shared_error(
     return (slope * rows * weight).sum(axis=-1), (slope**2 * weight).sum(axis=-1) + shared_sd**-2.0
 
 
+@dataclass(frozen=True, eq=False)
+class AlongError:
+    """Weighted sums over the entries of rows of m along what a shared error of one does to them.
+
+    Attributes
+    ----------
+    pulled : (n, t, m) array
+        That change of each entry times its weight.
+    squares, rows : (n, t) arrays
+        Weighted sums of the change times itself, and times the errors of the entries.
+    """
+
+    pulled: FloatArray
+    squares: FloatArray
+    rows: FloatArray
+
+    @classmethod
+    def of(cls, rows: FloatArray, slope: FloatArray, weight: FloatArray) -> AlongError:
+        """Of the errors of the entries, their change by a shared error of one, and their weights, (n, t, m) each.
+
+        A weight is the inverse variance of the independent error of an entry; zero leaves it out. All are finite.
+        """
+        pulled = weight * slope
+        return cls(pulled, *(np.einsum("ntm,ntm->nt", pulled, each) for each in (slope, rows)))
+
+
 def log_density_with_shared_error(
-    rows: FloatArray, slope: FloatArray, weight: FloatArray, shared_sd: FloatArray
+    rows: FloatArray, weight: FloatArray, of_error: AlongError, shared_sd: FloatArray
 ) -> FloatArray:
     """Log density (n,) of all rows (n, t, m), each row of m with a shared error of its own.
 
@@ -158,16 +184,15 @@ def log_density_with_shared_error(
 
     Parameters
     ----------
-    rows, slope : (n, t, m) arrays
-        Errors of the entries, and what a shared error of one does to them; finite everywhere.
-    weight : (n, t, m) array
-        Inverse variance of the independent errors; zero leaves an entry out.
+    rows, weight : (n, t, m) arrays
+        Errors of the entries, and inverse variance of the independent ones, as in `AlongError.of`.
+    of_error : AlongError
+        The sums over these entries.
     shared_sd : (n, t) array
         Standard deviation of the shared error.
     """
-    pulled = weight * slope
-    length2 = shared_sd**2 * np.einsum("ntm,ntm->nt", pulled, slope)
-    along = (shared_sd * np.einsum("ntm,ntm->nt", pulled, rows)) ** 2 / (1 + length2)
+    length2 = shared_sd**2 * of_error.squares
+    along = (shared_sd * of_error.rows) ** 2 / (1 + length2)
     squares = np.einsum("ntm,ntm,ntm->n", weight, rows, rows)
     return np.asarray(-0.5 * (squares - along.sum(axis=1) + np.log1p(length2).sum(axis=1)))
 

@@ -14,7 +14,7 @@ from bayestouch.data.sensor import finger_of
 from bayestouch.finger.density import FingerDensity, log_prior_of_loads
 from bayestouch.finger.fit import fit_finger
 from bayestouch.finger.priors import FingerPriors
-from bayestouch.sampling.rank_one import log_density_with_shared_error
+from bayestouch.sampling.rank_one import AlongError, log_density_with_shared_error
 
 
 @pytest.mark.parametrize("force_sd", [6.0, 30.0, 2000.0])
@@ -29,14 +29,16 @@ def test_a_load_with_a_prior_of_one_over_load_is_integrated_out(force_sd: float)
     slope = (gains[:, None] * shape)[:, None]
     left, weight = read - measured * slope, np.broadcast_to(sd**-2.0, slope.shape)
     load_sd = np.full((3, 1), force_sd)
-    found = log_density_with_shared_error(left, slope, weight, load_sd)
-    found = found + log_prior_of_loads(left, slope, measured * slope, weight, load_sd)[:, 0]
+    of_load = AlongError.of(left, slope, weight)
+    found = log_density_with_shared_error(left, weight, of_load, load_sd)
+    found = found + log_prior_of_loads(of_load, measured * slope, load_sd)[:, 0]
     np.testing.assert_allclose(found - found[1], expected - expected[1], atol=1e-3)
 
 
 def test_the_readings_of_an_element_that_is_missing_say_nothing_of_the_load() -> None:
     nothing = np.zeros((1, 2, 3))
-    assert not log_prior_of_loads(nothing + 5.0, nothing + 1.0, nothing, nothing, np.ones((1, 2))).any()
+    of_load = AlongError.of(nothing + 5.0, nothing + 1.0, nothing)
+    assert not log_prior_of_loads(of_load, nothing, np.ones((1, 2))).any()
 
 
 def test_touches_of_unknown_load_do_not_say_how_large_all_gains_are() -> None:

@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from bayestouch.sampling.rank_one import (
+    AlongError,
     DiagonalPlusRankOne,
     inverse_root,
     log_density_with_shared_error,
@@ -111,7 +112,7 @@ def test_log_density_of_rows_with_a_shared_error_each() -> None:
     rows, slope = rng.normal(size=(2, 3, 4, 5))
     weight, shared_sd = rng.uniform(0.2, 4, (3, 4, 5)), rng.uniform(0.1, 3, (3, 4))
     weight[1, 2, :2] = 0.0
-    found = log_density_with_shared_error(rows, slope, weight, shared_sd)
+    found = log_density_with_shared_error(rows, weight, AlongError.of(rows, slope, weight), shared_sd)
     for n in range(3):
         total = 0.0
         for t in range(4):
