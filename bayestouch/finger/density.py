@@ -161,9 +161,9 @@ def log_prior_of_loads(of_load: AlongError, predicted: FloatArray, load_sd: Floa
     factor ``1/(dy/dP)`` of the readings y, which is larger for smaller gains. A prior that is flat in ``log P`` leaves
     ``1/(P dy/dP)``. For any power of the load this is proportional to ``1/y`` at the true load, and a touch of unknown
     load then says nothing of a common factor of the gains. So the ratio of the loads is taken as that of the readings
-    along their derivative over the load: those at the true load over the predicted ones. Where readings are proportional to the load the two
-    ratios are equal; for a flat tip, whose readings are about the 0.85th power of the load, only this one is free of
-    the pull.
+    along their derivative over the load: those at the true load over the predicted ones. Where readings are
+    proportional to the load the two ratios are equal; for a flat tip, whose readings are about the 0.85th power of the
+    load, only this one is free of the pull.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
 from bayestouch.model.touch_errors import Infer, TouchReading
 from bayestouch.pad.calibration import choose_pad
-from bayestouch.pad.calibration_with_effects import NO_FINER, pad_calibration
+from bayestouch.pad.calibration_with_effects import has_finer_map, pad_calibration
 from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.choice import EMPIRICAL
 from bayestouch.pad.corrected import goes_with_place
@@ -169,7 +169,7 @@ class PadEvaluation:
 
     def uses_correction(self, calibration: Calibration) -> bool:
         """Whether a calibration of a fit with a correction has the finer map."""
-        return NO_FINER not in calibration.notes
+        return has_finer_map(calibration)
 
     def _to_draw(
         self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None

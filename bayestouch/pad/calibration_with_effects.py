@@ -38,6 +38,7 @@ from bayestouch.pad.model import PadModel
 from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import OfLoads, stated_or_assumed_noise
 from bayestouch.priors.parameters import Prior
+from bayestouch.results.keys import FINER_MAP
 from bayestouch.results.objects import Calibration
 from bayestouch.results.targets import targets_missed
 
@@ -133,15 +134,17 @@ def pad_calibration(
         posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added, groups=groups)
     else:
         chosen, posterior = drawn(chosen, dataset, draws=draws, groups=groups, seed=seed)
-    chosen, map_ = finer_if_better(chosen) if corrected else (chosen, None)
-    made = chosen.calibration(sensor, posterior, map_=map_)
+    chosen, finer = finer_if_better(chosen) if corrected else (chosen, None)
+    made = chosen.calibration(sensor, posterior, map_=finer)
+    if finer is not None:
+        made = replace(made, settings={**made.settings, FINER_MAP: 1.0})
     if added:
 
         def moved(values: PadEffects) -> Touches:
             return values.without_wrong(values.corrected(as_read, clock, near=table)).select(training)
 
-        map_ = PadMap.from_arrays(made.extra)
-        made = replace(made, extra={**made.extra, **_following(effects, moved, chosen, map_).arrays()})
+        following = _following(effects, moved, chosen, PadMap.from_arrays(made.extra))
+        made = replace(made, extra={**made.extra, **following.arrays()})
     # The rest reading is already subtracted from the table; touches read later need it.
     made = made.with_rest_reading(rest, rest_reads)
     of_table = [note for note in made.notes if rest is None or note != NO_REST]
@@ -169,6 +172,11 @@ def _with_acting_noise(sensor: Sensor, known: Touches, effects: PadEffects) -> t
         return sensor, []
     noise, assumed = stated_or_assumed_noise(sensor, measured)
     return replace(sensor, force_noise_sd=noise * effects.load_slope), assumed
+
+
+def has_finer_map(calibration: Calibration) -> bool:
+    """Whether touches are read with a finer map than that of a calibration without a correction."""
+    return FINER_MAP in calibration.settings
 
 
 def finer_if_better(chosen: ChosenPad) -> tuple[ChosenPad, PadMap | None]:

@@ -33,6 +33,9 @@ LIKE = "like"
 #: Settings of a pad: names of the parameters with stated priors, and the option `e_map` if it was given; each is absent
 #: otherwise. Read by `bayestouch.pad.log_density.stated_pad`.
 STATED_PRIORS, STATED_MAP = "stated_priors", "stated_e_map"
+#: Setting of a pad that was calibrated with a correction, 1: touches are read with a finer map; absent otherwise.
+#: Written and read by `bayestouch.pad.calibration_with_effects`.
+FINER_MAP = "finer_map"
 
 
 def effect_names(settings: Mapping[str, str | float]) -> list[str]:

@@ -199,6 +199,8 @@ def test_a_diagnosis_with_a_correction_reads_with_it() -> None:
     found = bayestouch.diagnose(replace(pad.dataset(table), calibration=None), kernel="gaussian")
     assert found.traced.corrected is not None
     assert found.traced.after is found.traced.corrected
+    assert found.calibration_after.settings["finer_map"] == 1.0
+    assert "finer_map" not in found.calibration_before.settings
     before, after = found.numbers["before"], found.numbers["after"]
     assert after["location_rms_mm"] < 0.6 * before["location_rms_mm"]
     assert after["P_rms_N"] < 0.6 * before["P_rms_N"]
