@@ -18,6 +18,10 @@ from bayestouch.results.objects import TouchPosteriors
 MEAN_ABSOLUTE = float(np.sqrt(2 / np.pi))
 #: Bootstrap samples for the intervals of scores: 15 of them are beyond each end.
 BOOTSTRAPS = 300
+#: Neighbouring locations that a bootstrap draws together, because their errors are alike.
+BLOCK = 8
+#: Probability of the intervals whose coverage is asked.
+PROBABILITY = 0.9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -116,19 +120,19 @@ class Explained(Summarised):
     rank_interval: tuple[float, float]
 
 
-def explained_sign(predicted: ArrayLike, observed: ArrayLike, *, block: int = 8, seed: int = 0) -> Explained:
-    """Scores of signed predictions (k, n) of errors (k, n); bootstrap blocks have `block` neighbouring locations."""
-    return _explained(np.asarray(predicted, float), np.asarray(observed, float), _signed_r_squared, block, seed)
+def explained_sign(predicted: ArrayLike, observed: ArrayLike) -> Explained:
+    """Scores of signed predictions (k, n) of errors (k, n)."""
+    return _explained(np.asarray(predicted, float), np.asarray(observed, float), _signed_r_squared)
 
 
-def explained_size(predicted_rms: ArrayLike, observed: ArrayLike, *, block: int = 8, seed: int = 0) -> Explained:
+def explained_size(predicted_rms: ArrayLike, observed: ArrayLike) -> Explained:
     """Scores of predicted root mean squares (k, n) as predictions of the absolute errors (k, n).
 
     A single error varies widely about its root mean square, so even a perfect prediction has low scores: see
     `attainable`.
     """
     predicted = MEAN_ABSOLUTE * np.asarray(predicted_rms, dtype=float)
-    return _explained(predicted, np.abs(np.asarray(observed, dtype=float)), _size_r_squared, block, seed)
+    return _explained(predicted, np.abs(np.asarray(observed, dtype=float)), _size_r_squared)
 
 
 def attainable(predicted_rms: ArrayLike, drawn: ArrayLike) -> dict[str, tuple[float, float, float]]:
@@ -174,17 +178,13 @@ def _rank(predicted: FloatArray, observed: FloatArray) -> float:
 
 
 def _explained(
-    predicted: FloatArray,
-    observed: FloatArray,
-    r_squared: Callable[[FloatArray, FloatArray], float],
-    block: int,
-    seed: int,
+    predicted: FloatArray, observed: FloatArray, r_squared: Callable[[FloatArray, FloatArray], float]
 ) -> Explained:
     if predicted.shape != observed.shape or predicted.ndim != 2:
         raise InputError(f"expected maps of one shape (k, n), got {predicted.shape} and {observed.shape}")
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     k, n = observed.shape
-    block = max(1, min(block, n // 2))
+    block = max(1, min(BLOCK, n // 2))
     scores = np.empty((BOOTSTRAPS, 2))
     for i in range(BOOTSTRAPS):
         starts = rng.integers(n, size=-(-n // block))
@@ -204,9 +204,9 @@ def _interval(values: FloatArray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def covered(posteriors: TouchPosteriors, name: str = "R", probability: float = 0.9) -> FloatArray:
-    """1 if the central interval of a touch contains its reference, 0 if not, NaN without a reference; (t,)."""
-    low, high = posteriors.interval(name, probability)
+def covered(posteriors: TouchPosteriors, name: str = "R") -> FloatArray:
+    """1 if the central 90 % interval of a touch contains its reference, 0 if not, NaN without a reference; (t,)."""
+    low, high = posteriors.interval(name, PROBABILITY)
     reference = _reference(posteriors.reference[name], (low + high) / 2, name)
     inside = ((reference >= low) & (reference <= high)).astype(float)
     return np.where(np.isfinite(reference), inside, np.nan)
@@ -217,11 +217,11 @@ def _reference(stated: FloatArray, estimate: FloatArray, name: str) -> FloatArra
     return nearest_turn(stated, estimate) if name == "theta_c" else stated
 
 
-def expected_coverage(noise_sd: ArrayLike, bias_rms: ArrayLike, probability: float = 0.9) -> FloatArray:
-    """Coverage of intervals that include only the noise although calibrations have errors too; broadcasts."""
+def expected_coverage(noise_sd: ArrayLike, bias_rms: ArrayLike) -> FloatArray:
+    """Coverage of 90 % intervals that include only the noise although calibrations have errors too; broadcasts."""
     from scipy.special import ndtr, ndtri
 
-    reach = ndtri((1 + probability) / 2) * np.asarray(noise_sd) / np.hypot(noise_sd, bias_rms)
+    reach = ndtri((1 + PROBABILITY) / 2) * np.asarray(noise_sd) / np.hypot(noise_sd, bias_rms)
     return np.asarray(2 * ndtr(reach) - 1)
 
 

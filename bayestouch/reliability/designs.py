@@ -64,11 +64,6 @@ class DesignMaps(Summarised):
         """Root mean square of `sd` over indenters and places, (v,)."""
         return np.asarray(np.sqrt((self.sd(name) ** 2).mean(axis=(1, 2))))
 
-    def unevenness(self, name: str = "R") -> FloatArray:
-        """Standard deviation halfway between elements divided by that above one, rms over the indenters, (v,)."""
-        squares = (self.sd(name) ** 2).mean(axis=1)
-        return np.asarray(np.sqrt(squares[:, -1] / squares[:, 0]))
-
 
 def design_maps(
     design: FingerDesign,

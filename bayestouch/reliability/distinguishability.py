@@ -239,9 +239,8 @@ def optimism(
     *,
     span_deg: float = 360.0,
     samples: int = 1,
-    use_load: bool = False,
 ) -> tuple[Optimism, ...]:
-    """Comparison of the paper's threshold with ours at each location.
+    """Comparison of the paper's threshold with ours at each location; the force sensor is not read.
 
     Parameters
     ----------
@@ -253,7 +252,7 @@ def optimism(
         Locations.
     span_deg : float
         Arc of the "mean square", see `strain_difference`.
-    samples, use_load
+    samples
         As in `touch_information`.
     """
     places = np.atleast_1d(np.asarray(angle_deg, dtype=float))
@@ -262,7 +261,7 @@ def optimism(
     peak = np.abs(np.diagonal(known.predict(above)))
     noise = float(np.median(np.sqrt(known.noise_variance(samples)) / peak))
     paper = smallest_radius(finger, noise, span_deg=span_deg)
-    scale = RadiusScale.of(known, np.radians(places), samples=samples, use_load=use_load)
+    scale = RadiusScale.of(known, np.radians(places), samples=samples, use_load=False)
     right = scale.distinguished([0.0], [paper])[:, 0]
     honest = scale.threshold()
     return tuple(Optimism(paper, float(p), float(r)) for p, r in zip(right, honest, strict=True))

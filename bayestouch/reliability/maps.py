@@ -161,27 +161,24 @@ def draw_bias(
     angle_deg: ArrayLike,
     *,
     draws: int = 200,
-    load: float | None = None,
     samples: int = 1,
-    use_load: bool = True,
-    plug_in: bool = False,
-    seed: int = 0,
 ) -> dict[str, FloatArray]:
     """Maps of the bias for calibrations drawn from their posterior: examples of what one finger may look like.
 
-    Parameters as in `sweet_spots`. The discrepancy of the model is not drawn, because its variation is not known.
+    Parameters as in `sweet_spots`; the load is that of the calibration, and the force sensor is read. The discrepancy
+    of the model is not drawn, because its variation is not known.
 
     Returns
     -------
     mapping of (draws, k, n) arrays
         Bias by estimate: R (mm), theta_c (degree), P (N/m).
     """
-    radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
-    estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
+    radii, where, touches = _grid(known, indenters_mm, angle_deg, None)
+    estimator = TouchEstimator.of(known, touches, samples=samples)
     if known.errors is None:
         drawn = np.zeros((draws, touches.n_touches, 3))
     else:
-        drawn = estimator.errors(known.errors.draw(touches, draws, np.random.default_rng(seed)))
+        drawn = estimator.errors(known.errors.draw(touches, draws, np.random.default_rng(0)))
     return {name: drawn[..., i].reshape(draws, len(radii), len(where)) for i, name in enumerate(NAMES)}
 
 

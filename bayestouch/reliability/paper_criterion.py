@@ -100,10 +100,8 @@ def _contact(name: str, radii: tuple[float, float], poisson_ratio: float) -> Con
     return contact_model(name, radii, poisson_ratio)
 
 
-def strain_difference(
-    finger: Annulus, indenter_radius_mm: ArrayLike, *, from_radius_mm: float = 0.0, span_deg: float = 360.0
-) -> FloatArray:
-    """Root mean square difference of strain profiles, relative to the peak strain of the reference (Figure 4).
+def strain_difference(finger: Annulus, indenter_radius_mm: ArrayLike, *, span_deg: float = 360.0) -> FloatArray:
+    """Root mean square difference from the strain profile of a knife edge, relative to its peak strain (Figure 4).
 
     Parameters
     ----------
@@ -111,8 +109,6 @@ def strain_difference(
         The sensor.
     indenter_radius_mm : (n,) array_like
         r_c of the indenters.
-    from_radius_mm : float
-        Radius r_c of the reference indenter; a knife edge by default.
     span_deg : float
         Arc about the contact for the mean; 360 is the whole circumference.
 
@@ -128,7 +124,7 @@ def strain_difference(
     """
     if not 0 < span_deg <= 360:
         raise InputError(f"span_deg: expected above 0 and at most 360, got {span_deg:g}")
-    radii = np.concatenate([[from_radius_mm], np.atleast_1d(np.asarray(indenter_radius_mm, dtype=float))])
+    radii = np.concatenate([[0.0], np.atleast_1d(np.asarray(indenter_radius_mm, dtype=float))])
     angle, strain = finger.strain(radii)
     inside = np.abs(angle) <= np.radians(span_deg) / 2
     difference = (strain[1:, inside] - strain[0, inside]) / strain[0].max()

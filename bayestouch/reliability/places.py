@@ -25,7 +25,6 @@ def place_bias(
     load: float | None = None,
     samples: int = 1,
     use_load: bool = True,
-    plug_in: bool = False,
 ) -> dict[str, FloatArray]:
     """Signed bias for other indenters that is implied by residuals of knife edges at the same place.
 
@@ -44,7 +43,7 @@ def place_bias(
     better : KnownFinger, optional
         Model that predicts touches better, such as one with the identified E map. Residuals are then relative to it,
         and its difference from `known` is part of the bias, as in `known_bias`.
-    indenters_mm, angle_deg, load, samples, use_load, plug_in
+    indenters_mm, angle_deg, load, samples, use_load
         As in `bayestouch.reliability.sweet_spots`.
 
     Returns
@@ -62,7 +61,7 @@ def place_bias(
     push = known.typical_load if load is None else load
     composite = np.asarray(composite_radius(radii, known.outer_radius_mm))
     touches = TouchPlaces.grid(composite, np.radians(where), push, known.largest_load)
-    estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
+    estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load)
     angle, left = _residuals(known if better is None else better, calibrating)
     asked = nearest_turn(np.degrees(touches.angle), _middle(known))
     there = np.stack([np.interp(asked, angle, column) for column in left.T], axis=1)
