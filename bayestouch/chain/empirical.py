@@ -85,7 +85,7 @@ def pressure_matrix(
 
 @dataclass(frozen=True, eq=False)
 class EmpiricalFingerChain:
-    """A finger with an identified E map; it has the same methods as `bayestouch.chain.finger.FingerChain`.
+    """A finger with an identified E map; it predicts as `bayestouch.chain.finger.FingerChain` does.
 
     Attributes
     ----------
@@ -114,19 +114,9 @@ class EmpiricalFingerChain:
         return self.elastic.outer_radius_mm
 
     @property
-    def core_radius_mm(self) -> float:
-        """``r_a``, mm."""
-        return self.elastic.core_radius_mm
-
-    @property
     def shear_modulus_MPa(self) -> float:
         """μ of the contact, MPa."""
         return self.elastic.shear_modulus_MPa
-
-    @property
-    def poisson_ratio(self) -> float:
-        """σ of the contact."""
-        return self.elastic.poisson_ratio
 
     @property
     def contact(self) -> str:
@@ -142,11 +132,6 @@ class EmpiricalFingerChain:
     def offset(self) -> FloatArray:
         """Reading without touch, (m,)."""
         return self.elastic.offset
-
-    @property
-    def largest_load(self) -> float:
-        """Largest tabulated load, N/m."""
-        return self.elastic.largest_load
 
     @property
     def finite_strain(self) -> float:
@@ -169,11 +154,6 @@ class EmpiricalFingerChain:
             self.elastic, np.zeros(self.n_elements), self.angle, np.ones(self.n_elements), self.n_coefficients
         )
         return np.asarray(np.einsum("ek,ek->e", unit, self.e_matrix))
-
-    @property
-    def gain(self) -> FloatArray:
-        """Reading per unit of relative strain (1 under a knife edge at the angle of the element): equals `response`."""
-        return self.response
 
     @cached_property
     def mode_weights(self) -> NDArray[np.complex128]:
@@ -202,11 +182,7 @@ class EmpiricalFingerChain:
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
         """Return the readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with load P (N/m)."""
-        load = np.asarray(load, dtype=float)
-        kappa = load / 1000 * self.effective_radius(radius_mm, angle) / self.shear_modulus_MPa
-        shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
-        linear = np.asarray(self.offset + self.response * load[..., None] * shape)
-        return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear
+        return self.elastic.readings(self.table, self.response, radius_mm, angle, load)
 
     def series(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
         """Signals (t, m), as `predict` without `offset`, of touches (t,), by the sum over modes: no table is made."""

@@ -150,10 +150,16 @@ class FingerChain:
         (..., n_elements) array
             Expected readings, in the sensor's unit.
         """
+        return self.readings(self.table, self.response, radius_mm, angle, load)
+
+    def readings(
+        self, table: ResponseTable, response: FloatArray, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike
+    ) -> FloatArray:
+        """Return what `predict` does, with this contact but another table and `response` (n_elements,)."""
         load = np.asarray(load, dtype=float)
         kappa = load / 1000 * self.effective_radius(radius_mm, angle) / self.shear_modulus_MPa
-        shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
-        linear = np.asarray(self.offset + self.response * load[..., None] * shape)
+        shape = table(kappa, self.angle - np.asarray(angle)[..., None])
+        linear = np.asarray(self.offset + response * load[..., None] * shape)
         return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear
 
     def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
