@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from bayestouch.diagnosis.verdict import LackOfFit, structure_left, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.split_data import left_out_elements
-from bayestouch.model.touch_errors import TouchErrors
+from bayestouch.model.touch_errors import KEYS
 from bayestouch.results.objects import Calibration
 from bayestouch.results.targets import kept_draws
 
@@ -86,9 +86,9 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
 def _errors(evaluated: EvaluatedModel, *, stated: bool = False) -> Numbers:
     """Errors against references, either as the model corrects them or as the data set states them."""
     held = evaluated.held_stated if stated else evaluated.held_out
-    of_touches: Numbers = dict.fromkeys(each.name for each in fields(TouchErrors))
+    of_touches: Numbers = dict.fromkeys(KEYS)
     if evaluated.read is not None:
-        of_touches = asdict(evaluated.read.against_stated if stated else evaluated.read.errors)
+        of_touches = evaluated.read.against_stated if stated else evaluated.read.errors
     # On pads the prediction error is that of samples, so that of touch means is added; on fingers it already is.
     means = {} if held is None or held.samples is None else {"touch_error_percent_peak": held.touch_error_percent_peak}
     return {

@@ -17,10 +17,8 @@ from bayestouch.model.touch_errors import (
     COVERAGE,
     DRAWS,
     Infer,
-    TouchErrors,
     TouchReading,
     rows_of_held_out,
-    summarised,
 )
 from bayestouch.reading.fault_notes import is_sound
 from bayestouch.reading.options import Kept, Options
@@ -61,8 +59,6 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     tip = held.observed.means.indenter_radius_mm
     corrected, stated = (errors_by_touch(estimate, low, high, each, tip) for each in (held.reference, held.stated))
     return TouchReading(
-        errors=_summary(corrected),
-        against_stated=_summary(stated),
         R_mm=estimate["R"],
         low_mm=low,
         high_mm=high,
@@ -79,7 +75,7 @@ def errors_by_touch(
     reference: Mapping[str, FloatArray],
     tip_mm: FloatArray,
 ) -> dict[str, FloatArray]:
-    """Error of each touch by field of `TouchErrors`, see `TouchReading.by_touch`.
+    """Error of each touch by the `KEYS` of `bayestouch.model.touch_errors`, see `TouchReading.by_touch`.
 
     Parameters
     ----------
@@ -101,10 +97,6 @@ def errors_by_touch(
         "P_rms_N_per_m": error["P"],
         "coverage_90": np.where((tip_mm > 0) & np.isfinite(tip_mm), inside, np.nan),
     }
-
-
-def _summary(by_touch: Mapping[str, FloatArray]) -> TouchErrors:
-    return TouchErrors(**{key: summarised(key, values) for key, values in by_touch.items()})
 
 
 def _to_be_read(calibration: Calibration, data: SplitData) -> BoolArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,29 +17,21 @@ COVERAGE = 0.9
 DRAWS = 512
 
 
-@dataclass(frozen=True)
-class TouchErrors:
-    """Posterior mean minus reference over held-out touches; NaN for a quantity that the data or the body do not have.
-
-    Attributes
-    ----------
-    R_bias_mm, R_rms_mm : float
-        Mean and rms error of the composite radius, with the load of the force sensor given.
-    theta_rms_deg : float
-        Rms error of the location, with the load given.
-    P_rms_N_per_m : float
-        Rms difference between the load inferred from the elements alone and the load of the force sensor. (A load that
-        is inferred with the reading of the force sensor only repeats this reading.)
-    coverage_90 : float
-        Share of the touches whose R is in the central 90 % of its posterior. Edges and flats are not counted: their R
-        is at an end of the prior, and a central interval never contains an end.
-    """
-
-    R_bias_mm: float
-    R_rms_mm: float
-    theta_rms_deg: float
-    P_rms_N_per_m: float
-    coverage_90: float
+#: Errors (posterior mean minus reference over touches) that every ``diagnosis.json`` has, in this order. Further ones
+#: of a pad follow, see `bayestouch.pad.touch_errors.read_held_out`.
+KEYS = (
+    # Mean and rms error of the composite radius, with the load of the force sensor given.
+    "R_bias_mm",
+    "R_rms_mm",
+    # Rms error of the location, with the load given.
+    "theta_rms_deg",
+    # Rms difference between the load inferred from the elements alone and the load of the force sensor. (A load that is
+    # inferred with the reading of the force sensor only repeats this reading.)
+    "P_rms_N_per_m",
+    # Share of the touches whose R is in the central 90 % of its posterior. Edges and flats are not counted: their R is
+    # at an end of the prior, and a central interval never contains an end. On a pad it is that of locations.
+    "coverage_90",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,25 +40,31 @@ class TouchReading:
 
     Attributes
     ----------
-    errors, against_stated : TouchErrors
-        Errors relative to the references as corrected by the model, and as stated in the data set.
     R_mm, low_mm, high_mm : (t,) arrays
         Posterior mean of R and ends of its interval, mm.
     by_touch, by_touch_corrected : mappings of (t,) arrays
-        Error of each touch relative to the stated and the corrected reference, by field of `TouchErrors`; NaN unknown.
-        For coverage: 1 if the interval contains the reference, else 0.
+        Error of each touch relative to the references as stated in the data set, and as corrected by the model, by key
+        of ``diagnosis.json``; NaN unknown. For coverage: 1 if the interval contains the reference, else 0.
     with_edge : (t,) bool array or None
         Touches with a knife edge, by the data set; None on a pad.
     """
 
-    errors: TouchErrors
-    against_stated: TouchErrors
     R_mm: FloatArray
     low_mm: FloatArray
     high_mm: FloatArray
-    by_touch: Mapping[str, FloatArray] = field(default_factory=dict)
-    by_touch_corrected: Mapping[str, FloatArray] = field(default_factory=dict)
+    by_touch: Mapping[str, FloatArray]
+    by_touch_corrected: Mapping[str, FloatArray]
     with_edge: BoolArray | None = None
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Errors over the touches relative to the references as corrected by the model; NaN where not known."""
+        return _over_touches(self.by_touch_corrected)
+
+    @property
+    def against_stated(self) -> dict[str, float]:
+        """Errors over the touches relative to the references as stated in the data set; NaN where not known."""
+        return _over_touches(self.by_touch)
 
 
 #: Type of `bayestouch.inference.infer_with`, which is in a higher layer.
@@ -85,3 +83,7 @@ def summarised(key: str, values: FloatArray) -> float:
     if not len(values):
         return float("nan")
     return float(np.sqrt((values**2).mean())) if "rms" in key else float(values.mean())
+
+
+def _over_touches(by_touch: Mapping[str, FloatArray]) -> dict[str, float]:
+    return dict.fromkeys(KEYS, float("nan")) | {key: summarised(key, values) for key, values in by_touch.items()}

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.special import ndtr
 
@@ -18,37 +15,12 @@ from bayestouch.model.touch_errors import (
     COVERAGE,
     DRAWS,
     Infer,
-    TouchErrors,
     TouchReading,
     rows_of_held_out,
-    summarised,
 )
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.reading.options import Kept, Options
 from bayestouch.results.objects import Calibration
-
-
-@dataclass(frozen=True)
-class PadTouchErrors(TouchErrors):
-    """Posterior mean minus reference over held-out touches on a pad; NaN for a quantity that the data do not have.
-
-    Attributes
-    ----------
-    location_rms_mm : float
-        Rms distance between inferred and reference location, with the load of the force sensor given if there is one.
-    P_rms_N : float
-        Rms difference between the load inferred from the elements alone and the load of the force sensor, which is
-        corrected for its effects.
-    coverage_90 : float
-        Share of the touches whose location is in the smallest region with 90 % of the posterior.
-    P_coverage_90 : float
-        Share of the touches whose load of the force sensor is in the central 90 % of what the load inferred as for
-        `P_rms_N` predicts for it: the posterior with the noise of the force sensor.
-    """
-
-    location_rms_mm: float
-    P_rms_N: float
-    P_coverage_90: float
 
 
 def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
@@ -56,6 +28,12 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
 
     No effect of a pad changes a location. The reference of a load is the reading of the force sensor, corrected for the
     effects of the force sensor. If effects depend on earlier touches, the touches in between are read too.
+
+    Errors have the keys ``location_rms_mm``, the distance between inferred and reference location, with the load of the
+    force sensor given if there is one; ``P_rms_N``, the difference between the load inferred from the elements alone
+    and the reference; ``coverage_90``, whether the location is in the smallest region with 90 % of the posterior; and
+    ``P_coverage_90``, whether the load of the force sensor is in the central 90 % of what the load inferred from the
+    elements alone predicts for it: the posterior with the noise of the force sensor.
     """
     # The rest reading is already subtracted from the table.
     plain = calibration.with_rest_reading(None)
@@ -79,12 +57,7 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
         "P_coverage_90": inside(stated, draws, noise),
     }
     corrected = {**by_touch, "P_rms_N": load - reference, "P_coverage_90": inside(reference, draws, noise)}
-    return TouchReading(_errors(corrected), _errors(by_touch), unknown, unknown, unknown, by_touch, corrected)
-
-
-def _errors(by_touch: Mapping[str, FloatArray]) -> PadTouchErrors:
-    of_a_finger = dict.fromkeys(("R_bias_mm", "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m"), float("nan"))
-    return PadTouchErrors(**of_a_finger, **{key: summarised(key, values) for key, values in by_touch.items()})
+    return TouchReading(unknown, unknown, unknown, by_touch, corrected)
 
 
 def _loads(

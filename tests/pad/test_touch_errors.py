@@ -42,15 +42,15 @@ def test_a_touch_without_a_load_leaves_the_others_theirs(monkeypatch: pytest.Mon
     found = reading(monkeypatch, STATED)
     np.testing.assert_allclose(found.by_touch["P_rms_N"], [0.5, np.nan, 0.0])
     np.testing.assert_allclose(found.by_touch["P_coverage_90"], [0.0, np.nan, 1.0])
-    assert found.errors.P_rms_N == pytest.approx(0.5 / np.sqrt(2))
-    assert found.errors.P_coverage_90 == 0.5
-    assert found.errors.location_rms_mm == pytest.approx(5 / np.sqrt(3))
-    assert found.errors.coverage_90 == pytest.approx(2 / 3)
+    assert found.errors["P_rms_N"] == pytest.approx(0.5 / np.sqrt(2))
+    assert found.errors["P_coverage_90"] == 0.5
+    assert found.errors["location_rms_mm"] == pytest.approx(5 / np.sqrt(3))
+    assert found.errors["coverage_90"] == pytest.approx(2 / 3)
 
 
 def test_without_a_load_there_is_no_error_of_the_load(monkeypatch: pytest.MonkeyPatch) -> None:
     found = reading(monkeypatch, np.full(3, np.nan))
-    assert np.isnan([found.errors.P_rms_N, found.errors.P_coverage_90]).all()
+    assert np.isnan([found.errors["P_rms_N"], found.errors["P_coverage_90"]]).all()
 
 
 def test_the_interval_of_a_load_counts_the_noise_of_the_force_sensor(monkeypatch: pytest.MonkeyPatch) -> None:

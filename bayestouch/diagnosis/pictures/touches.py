@@ -25,7 +25,7 @@ def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOu
             errors = read.against_stated
             axis.set(
                 xlabel="R of the probe (mm)",
-                title=f"{label}: bias {errors.R_bias_mm:+.2f} mm, rms {errors.R_rms_mm:.2f} mm",
+                title=f"{label}: bias {errors['R_bias_mm']:+.2f} mm, rms {errors['R_rms_mm']:.2f} mm",
             )
         axes[0][0].set_ylabel("R as read (mm)")
         content = rendered(figure, "png")
@@ -35,7 +35,7 @@ def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOu
         "Radii of held-out touches",
         "Posterior mean of R and its central 90 % for each held-out touch, against the R of the probe as stated.",
         "Rms error of R {:.2f} mm before and {:.2f} mm after.".format(
-            *(read.against_stated.R_rms_mm for read in (before, after))
+            *(read.against_stated["R_rms_mm"] for read in (before, after))
         ),
         content,
         "png",
