@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,10 +57,47 @@ class Noise(Summarised):
         signal : (..., n_elements) array_like
             Expected reading minus offset.
         """
+        return np.asarray(self.averaged_variance(counts, signal) + self.lasting_variance(signal))
+
+    def averaged_variance(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
+        """Part of `mean_variance` that averaging reduces; parameters as there."""
         counts = np.asarray(counts, dtype=float)
         averaged = np.divide(self.tactile_sd**2, counts, out=np.full(counts.shape, np.inf), where=counts > 0)
-        return np.asarray(averaged + self.lasting_variance(signal))
+        return np.asarray(averaged, dtype=np.float64)
 
     def lasting_variance(self, signal: ArrayLike) -> FloatArray:
         """Part of `mean_variance` that averaging does not reduce, shape of `signal` (..., n_elements)."""
         return np.asarray(self.discrepancy_sd**2 + (self.signal_share * np.asarray(signal)) ** 2)
+
+    def without_effects(self) -> Noise:
+        """The noise without what effects of the noise add."""
+        return self
+
+    def widened(self, excess: float) -> Self:
+        """This noise multiplied by `excess`, so that it covers the misfit of readings."""
+        if excess == 1:
+            return self
+        return replace(self, tactile_sd=self.tactile_sd * excess, discrepancy_sd=self.discrepancy_sd * excess)
+
+    def apart(self) -> Noise:
+        """The same noise, but errors that elements share, see `shared_errors`, are errors of each element alone."""
+        return self
+
+    def own_variance(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
+        """`mean_variance` without errors that elements share, see `shared_errors`."""
+        return self.mean_variance(counts, signal)
+
+    def own_sd(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
+        """Root of `own_variance`."""
+        return np.asarray(np.sqrt(self.own_variance(counts, signal)))
+
+    def own_signal_variance(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
+        """Part of `own_variance` that depends on the signal."""
+        return np.asarray((self.signal_share * np.asarray(signal)) ** 2)
+
+    def shared_errors(self, counts: FloatArray) -> FloatArray:
+        """Change of means over `counts` readings (t, m) by one sd of each error that elements share, (q, t, m): none.
+
+        The load scatter is not one of them: it is an error of the load.
+        """
+        return np.zeros((0, *counts.shape))

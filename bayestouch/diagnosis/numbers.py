@@ -71,7 +71,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
         "not_distinguishable": _not_distinguishable(traced),
         "measure": None if traced.advice is None else {**asdict(traced.advice), "advice": str(traced.advice)},
         "rounds": [_round(each) for each in traced.rounds],
-        "notes": [*data.notes, *traced.explained.fitted.notes],
+        "notes": list(data.notes),
     }
     if traced.corrected is not None and traced.corrected.correction is not None:
         numbers["correction"] = {

@@ -99,8 +99,6 @@ class SensorModel(ABC):
     refitted_with_correction: ClassVar[bool] = True
     #: Stages in which an effect that changes the pose changes a reference stated in the data set.
     reference_stages: ClassVar[tuple[str, ...]] = STAGES
-    #: Whether touches are read with the noise that effects add (`bayestouch.model.noise.AddedNoise`).
-    read_with_added_noise: ClassVar[bool] = True
 
     @property
     @abstractmethod

@@ -16,7 +16,6 @@ from bayestouch.model.linear import Functions, Linearised, leaving_bounds
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
-from bayestouch.output.text import listed
 
 Drift = tuple[RandomEffect, Values]
 
@@ -59,16 +58,6 @@ class Fitted:
         """Names of the effects in the model: of the chain, drifts, noise."""
         drifts = tuple(drift.name for drift, _ in self.drifts)
         return tuple(effect.name for effect in self.model.effects) + drifts + self.noise.names
-
-    @property
-    def notes(self) -> list[str]:
-        """A note on the effects of the noise that touches are read without; empty if there are none."""
-        if self.model.read_with_added_noise:
-            return []
-        added = [effect.name for effect, values in self.noise.effects if effect.added(values)]
-        them = "it" if len(added) == 1 else "them"
-        how = f"touches are read without {them}, as if each element had one noise of its own at all signals"
-        return [f"{listed(added)}: {how}"] if added else []
 
     @property
     def drifted(self) -> FloatArray:

@@ -63,6 +63,11 @@ class AddedNoise:
     common_touch: float = 0.0
     common_shared: float = 0.0
 
+    @property
+    def adds(self) -> bool:
+        """Whether there is any such noise."""
+        return any((self.share, self.common, self.common_touch))
+
     def variance(self, signal: FloatArray, peak: FloatArray) -> FloatArray:
         """Part of the variance of one reading that depends on the signal, shape of `signal` (..., m)."""
         return np.asarray((self.share * peak * np.abs(signal / peak) ** self.power) ** 2)
@@ -75,6 +80,11 @@ class AddedNoise:
         """The same noise for other peaks; `ratio` is old peak over new peak."""
         share = self.share * ratio ** (1 - self.power)
         return replace(self, share=share, common=self.common * ratio, common_touch=self.common_touch * ratio)
+
+    def widened(self, excess: float) -> AddedNoise:
+        """This noise multiplied by `excess`."""
+        share, common, common_touch = (excess * each for each in (self.share, self.common, self.common_touch))
+        return replace(self, share=share, common=common, common_touch=common_touch)
 
     def shared_variance(self, reads: ArrayLike) -> FloatArray:
         """Variance of the shared error of a mean over `reads` samples."""
@@ -153,6 +163,11 @@ class NoiseModel:
     def shared_sd_of_sample(self, weight: FloatArray) -> FloatArray:
         """Change (n, m) of the deviation of a row of `weight` samples (n,) by one sd of the shared error."""
         return np.asarray(self.added.common * self.added.together(self.peak) / np.sqrt(weight)[:, None])
+
+    @property
+    def common_variance(self) -> FloatArray:
+        """Variance of one reading by the error that all elements share in a sample, (m,)."""
+        return np.asarray((self.added.common * self.added.together(self.peak)) ** 2)
 
     @property
     def names(self) -> tuple[str, ...]:

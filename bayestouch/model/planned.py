@@ -111,6 +111,11 @@ class PlannedTouches:
         )
 
 
+def covariance_of_shared(shared: FloatArray) -> FloatArray:
+    """Covariance (t, m, m) of readings by independent errors that change them by `shared` (q, t, m) each."""
+    return np.asarray(np.einsum("qti,qtj->tij", shared, shared))
+
+
 def with_load_error(variance: FloatArray, by_load: FloatArray, load_sd: FloatArray) -> FloatArray:
     """Covariance (t, m, m) of readings with independent variances (t, m) and an error of each load, (t,)."""
     shared = by_load * load_sd[:, None]

@@ -16,7 +16,7 @@ from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.linear import covariance_of
 from bayestouch.model.observations import Observations
-from bayestouch.model.planned import PlannedReadings, with_load_error
+from bayestouch.model.planned import PlannedReadings, covariance_of_shared, with_load_error
 from bayestouch.model.planned_table import one_row_each
 
 # Largest number of distinct times of planned touches at which a drift is exact; smallest distance from the end of the
@@ -116,4 +116,4 @@ def _noise(fitted: Fitted, touches: TouchMeans, mean: FloatArray, by_load: Float
     load_sd = np.full(touches.n_touches, float(np.median(noise.load_sd)))
     alive = np.isfinite(touches.readings)
     by_load, shared = np.where(alive, by_load, 0.0), np.where(alive, shared, 0.0)
-    return np.asarray(with_load_error(variance, by_load, load_sd) + np.einsum("qti,qtj->tij", shared, shared))
+    return np.asarray(with_load_error(variance, by_load, load_sd) + covariance_of_shared(shared))

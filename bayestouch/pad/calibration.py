@@ -13,6 +13,7 @@ from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, nearest, unknown_name
 from bayestouch.output.progress import Progress, staged
+from bayestouch.pad.added_noise import NoiseWithEffects
 from bayestouch.pad.candidates import PadCandidate, with_noise_between_blocks
 from bayestouch.pad.choice import choose_model
 from bayestouch.pad.density import PadDensity
@@ -153,11 +154,12 @@ def choose_pad(
     seed: int = 0,
     progress: Progress | None = None,
     relative_slope: OfLoads | None = None,
+    noise: NoiseWithEffects | None = None,
     earlier: Mapping[str, PadCandidate] | None = None,
 ) -> ChosenPad:
     """Choose the model of a pad; parameters and errors as in `calibrate_pad`.
 
-    `relative_slope` is that of `pad_problem`, `earlier` that of `choose_model`.
+    `relative_slope` and `noise` are those of `pad_problem`, `earlier` is that of `choose_model`.
     """
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
@@ -174,6 +176,7 @@ def choose_pad(
         kernel=kernel,
         stated=stated,
         relative_slope=relative_slope,
+        noise=noise,
     )
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress, earlier)
     name = next(name for name, rival in rivals.items() if rival is model)

@@ -25,6 +25,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.timing import Timing
+from bayestouch.pad.added_noise import NoiseByEffects, NoiseWithEffects
 from bayestouch.pad.calibration import ChosenPad, choose_pad, drawn
 from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.choice import WORTH_A_MAP
@@ -128,6 +129,7 @@ def pad_calibration(
         samples=samples,
         seed=seed,
         relative_slope=relative_slope,
+        noise=None if effects.by_effects is None else NoiseWithEffects(fitted.noise.sd, effects.by_effects),
         earlier=earlier if samples == "mean" and not added else None,
     )
     if added:
@@ -151,7 +153,7 @@ def pad_calibration(
     made = replace(made, sensor=as_built, notes=tuple(dict.fromkeys((*notes, *of_table))))
     if not added:
         return made
-    noise, statistics = with_later_drifts(made.noise, fitted), made.statistics
+    noise, statistics = with_later_drifts(made.noise.without_effects(), fitted), made.statistics
     if np.isfinite(statistics["load_scatter"]):
         statistics = {**statistics, "load_scatter": noise.load_scatter}
     return replace(
@@ -161,7 +163,7 @@ def pad_calibration(
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},
-        notes=(*made.notes, *_notes(effects), *fitted.notes, *targets_missed(made.statistics, draws)),
+        notes=(*made.notes, *_notes(effects), *targets_missed(made.statistics, draws)),
     )
 
 
@@ -198,6 +200,10 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
     values = {each.effect.name: each.values for each in added}
     zero = model.chain(fitted.vector).offset
     effects = PadEffects(listed, values, model.peak, zero, model.element_place, sd=noise.sd)
+    if noise.added.adds:
+        predicted = model.predict(fitted.vector).touches
+        sd = np.sqrt(noise.own_variance(predicted).mean(axis=0) + noise.common_variance)
+        effects = replace(effects, sd=sd, by_effects=NoiseByEffects(noise.added, model.peak, zero))
     first = np.cumsum([model.n_base, *(len(effect.parameters) for effect in model.effects)])
     rows_of = {e.name: np.arange(a, b) for e, a, b in zip(model.effects, first[:-1], first[1:], strict=True)}
     rows = [rows_of[effect.name] for effect in effects.corrected_for]

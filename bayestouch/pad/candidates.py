@@ -14,7 +14,7 @@ from bayestouch.pad.fit import PadFit, fit_chain
 from bayestouch.pad.known_touches import location_spacing
 from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.misfit_fit import fit_misfit
-from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
+from bayestouch.pad.noise import LeftOut, left_out_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
 
@@ -164,7 +164,7 @@ def with_noise_between_blocks(problem: PadProblem, model: PadCandidate) -> PadCa
     """
     residual, variance = model.fit.without_blocks(blocks_left_out(problem.known.n_touches))
     left_out = replace(model.left_out, residual=residual, variance=variance)
-    noise, spread = fit_noise(left_out, problem.read_variance, problem.force_sd, scattered=True)
+    noise, spread = problem.noise_of(left_out, scattered=True)
     return replace(model, noise=noise, load_spread=spread)
 
 
@@ -178,6 +178,6 @@ def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
         load=problem.known.load,
         load_share=problem.load_share,
     )
-    noise, spread = fit_noise(left_out, problem.read_variance, problem.force_sd)
+    noise, spread = problem.noise_of(left_out)
     score = float(left_out_density(left_out, noise, spread).sum())
     return PadCandidate(fit, shape, left_out, noise, spread, score)

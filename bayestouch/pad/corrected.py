@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import History, Recording
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
@@ -23,7 +24,8 @@ from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
 from bayestouch.model.outliers import without_wrong
 from bayestouch.model.timing import Timing
-from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
+from bayestouch.pad.added_noise import NoiseByEffects
+from bayestouch.results.keys import EFFECT_NOISE_SD, EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
 # Number of Newton steps for the signal; each step at least halves the error. With the second number, a start from a
@@ -62,6 +64,8 @@ class PadEffects:
         independent cause of errors of the values.
     sd : (m,) array, optional
         Noise of one reading; with it, readings that are wrong by an effect of the noise are left out.
+    by_effects : NoiseByEffects, optional
+        What effects of the noise add to the noise of the calibration; None if they add nothing, or if it has them.
     """
 
     listed: EffectList
@@ -71,6 +75,11 @@ class PadEffects:
     element_place: tuple[FloatArray, ...]
     root: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     sd: FloatArray | None = None
+    by_effects: NoiseByEffects | None = None
+
+    def noise(self, noise: Noise) -> Noise:
+        """The noise of readings, from that of the calibration."""
+        return noise if self.by_effects is None else self.by_effects.to(noise)
 
     @property
     def reference_load(self) -> float:
@@ -278,7 +287,11 @@ class PadEffects:
         """Arrays for the file of a calibration."""
         flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
         out = {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
-        return out if not len(self.root) else {**out, EFFECT_ROOT: self.root}
+        if len(self.root):
+            out[EFFECT_ROOT] = self.root
+        if self.by_effects is not None and self.sd is not None:
+            out[EFFECT_NOISE_SD] = self.sd
+        return out
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
@@ -299,14 +312,17 @@ class PadEffects:
             values[effect.name] = tuple(map(float, flat[first : first + count]))
             first += count
         places = pad_of(calibration.sensor).places_mm.values()
+        peak, zero = np.asarray(calibration.extra[EFFECT_PEAK]), np.asarray(calibration.extra[EFFECT_ZERO])
+        apart = EFFECT_NOISE_SD in calibration.extra
         return cls(
             listed=listed,
             values=values,
-            peak=np.asarray(calibration.extra[EFFECT_PEAK]),
-            zero=np.asarray(calibration.extra[EFFECT_ZERO]),
+            peak=peak,
+            zero=zero,
             element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
             root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
-            sd=calibration.noise.tactile_sd,
+            sd=np.asarray(calibration.extra.get(EFFECT_NOISE_SD, calibration.noise.tactile_sd), dtype=np.float64),
+            by_effects=NoiseByEffects(listed.noise, peak, zero) if apart else None,
         )
 
 

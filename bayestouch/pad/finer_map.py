@@ -30,7 +30,7 @@ from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.inducing import InducedCovariance
 from bayestouch.pad.known_touches import loads_vary, location_spacing
 from bayestouch.pad.left_out import blocks_left_out, without_block
-from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, fit_noise, left_out_density
+from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, left_out_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import matern_5_2, matern_5_2_by_length
 from bayestouch.pad.table import MapGrid
@@ -127,7 +127,7 @@ class FinerMap:
         residual, open_ = (np.where(here, each, np.nan) for each in (residual, open_))
         signal = predicted - fit.chain.offset
         left_out = LeftOut(residual, open_, signal, known.counts, known.load, problem.load_share)
-        found, spread = fit_noise(left_out, problem.read_variance, problem.force_sd, scattered=True)
+        found, spread = problem.noise_of(left_out, scattered=True)
         score = float(left_out_density(left_out, found, spread).sum())
         made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score)
         loads = np.zeros(0)
@@ -219,7 +219,7 @@ def _chosen(problem: PadProblem, model: PadCandidate) -> tuple[Sizes, FloatArray
     here, residual = problem.present[index], fit.residual[index]
     rows = _Rows(known.location, known.load, kernel_shape(model.shape, known.location)).select(index)
     signal = (fit.predicted() - fit.chain.offset)[index]
-    averaged = model.noise.tactile_sd**2 / read_once(known.counts[index])
+    averaged = model.noise.averaged_variance(read_once(known.counts[index]), signal)
     unit = fit.misfit.amplitude * float(np.median(known.load))
     spacing, m = location_spacing(known.location), len(unit)
     extent = max(float(np.ptp(known.location, axis=0).max()), spacing)

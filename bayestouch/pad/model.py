@@ -63,8 +63,6 @@ class PadModel(SensorModel):
     # The response to a stated load includes everything between force sensor and elements (e.g. the threshold of
     # `load_nonlinearity`): only effects of the rig change references.
     reference_stages: ClassVar[tuple[str, ...]] = ("rig",)
-    # Each element has one noise, that of all its signals in the calibration.
-    read_with_added_noise: ClassVar[bool] = False
 
     @property
     def n_chain(self) -> int:

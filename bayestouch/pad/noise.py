@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.noise import Noise
-from bayestouch.sampling.rank_one import DiagonalPlusRankOne
+from bayestouch.pad.added_noise import NoiseByEffects
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne, shared_directions
 
 # Prior sd of the logarithm of each element's noise over the common one (a factor 1.6): equal elements are similar.
 FLOOR_SPREAD = 0.5
@@ -64,7 +65,8 @@ def left_out_density(left_out: LeftOut, noise: Noise, load_spread: float) -> Flo
     """Joint log predictive density of the readings of each touch, shape (n,).
 
     An error of the load changes all readings of a touch in proportion to their signal v: the covariance is
-    ``diag(sd² + variance) + s² v vᵀ``, s from `shared_load_errors`.
+    ``diag(sd² + variance) + s² v vᵀ``, s from `shared_load_errors`, and ``Σ c cᵀ`` of the errors c of
+    `Noise.shared_errors`.
     """
     return _density_with_slopes(left_out, noise, load_spread)[0]
 
@@ -74,11 +76,14 @@ def _density_with_slopes(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """`left_out_density` (n,), and its derivatives over the variance of each reading (n, m) and over ln s (n,)."""
     here = np.isfinite(left_out.residual)
-    sd2 = noise.mean_sd(left_out.counts, np.where(here, left_out.signal, 0.0)) ** 2
+    sd2 = noise.own_sd(left_out.counts, np.where(here, left_out.signal, 0.0)) ** 2
     diagonal = np.where(here, sd2 + left_out.variance, 1.0)
     errors = left_out.load_errors(noise, load_spread)
     by_load = np.where(here, errors[:, None] * left_out.signal, 0.0)
     residual = np.where(here, left_out.residual, 0.0)
+    shared = noise.shared_errors(left_out.counts)
+    if len(shared):
+        return _with_shared_errors(here, diagonal, by_load, residual, np.moveaxis(shared, 0, 1))
     covariance = DiagonalPlusRankOne(np.sqrt(diagonal), by_load)
     square, grown = covariance.squared_distance(residual), 1 + covariance.length2
     logs = np.log(diagonal).sum(axis=1) + np.log(grown) + here.sum(axis=1) * np.log(2 * np.pi)
@@ -92,8 +97,33 @@ def _density_with_slopes(
     return np.asarray(-0.5 * (square + logs)), by_variance, by_spread
 
 
+def _with_shared_errors(
+    here: BoolArray, diagonal: FloatArray, by_load: FloatArray, residual: FloatArray, shared: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """`_density_with_slopes` with errors (n, q, m) that elements share; of variances, errors of the load, residuals."""
+    directions, log_grown = shared_directions(
+        np.where(here, 1 / diagonal, 0.0), np.concatenate([shared, by_load[:, None]], axis=1)
+    )
+    along = np.einsum("nqm,nm->nq", directions, residual)
+    weighted = residual / diagonal - np.einsum("nq,nqm->nm", along, directions)
+    precision = 1 / diagonal - (directions**2).sum(axis=1)
+    square = (residual**2 / diagonal).sum(axis=1) - (along**2).sum(axis=1)
+    logs = np.log(diagonal).sum(axis=1) + log_grown + here.sum(axis=1) * np.log(2 * np.pi)
+    by_variance = np.where(here, 0.5 * (weighted**2 - precision), 0.0)
+    pulled = np.einsum("nm,nm->n", weighted, by_load)
+    known = np.einsum("nm,nm->n", by_load / diagonal, by_load) - (
+        np.einsum("nqm,nm->nq", directions, by_load) ** 2
+    ).sum(axis=1)
+    return np.asarray(-0.5 * (square + logs)), by_variance, pulled**2 - known
+
+
 def fit_noise(
-    left_out: LeftOut, read_variance: FloatArray, force_sd: float, *, scattered: bool = False
+    left_out: LeftOut,
+    read_variance: FloatArray,
+    force_sd: float,
+    *,
+    scattered: bool = False,
+    by_effects: NoiseByEffects | None = None,
 ) -> tuple[Noise, float]:
     """Noise of the elements, with the share in proportion to the signal; load scatter, or spread of unmeasured loads.
 
@@ -115,6 +145,8 @@ def fit_noise(
     scattered : bool
         Whether measured loads have a scatter. Touches are read with it. Models are fitted and chosen without it: the
         errors of a wrong model are common to the elements too, and a fit would take them for scatter.
+    by_effects : NoiseByEffects, optional
+        What effects of the noise add to it; they are known.
 
     Returns
     -------
@@ -139,7 +171,8 @@ def fit_noise(
         share, error, floor = np.exp(vector[:3])
         discrepancy = floor * np.exp(vector[3:]) * size
         scatter = float(error) * mean_load if scattered and measured and several else 0.0
-        return Noise(tactile, discrepancy, float(share), force_sd, scatter), np.nan if measured else float(error)
+        noise = Noise(tactile, discrepancy, float(share), force_sd, scatter)
+        return noise if by_effects is None else by_effects.to(noise), np.nan if measured else float(error)
 
     def cost(vector: FloatArray) -> tuple[float, FloatArray]:
         noise, spread = unpack(vector)

@@ -22,7 +22,7 @@ from bayestouch.data.arrays import read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.model.linear import covariance_of, with_covariance_of
-from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, with_load_error
+from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, covariance_of_shared, with_load_error
 from bayestouch.model.planned_table import planned_table
 from bayestouch.pad.candidates import kernel_shape
 from bayestouch.pad.corrected import PadEffects
@@ -60,13 +60,17 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     place, load = np.concatenate([known.location, means.location]), np.concatenate([known.load, acting])
     counts = np.concatenate([known.counts, np.where(usable, means.counts, 0)])
     of_signal = _Signal.of(calibration, place, load)
-    variance = calibration.noise.mean_variance(read_once(counts), of_signal.mean)
-    functions, left = _map_columns(calibration, chain, priors, place, load, variance, counts > 0)
+    noise = calibration.noise if effects is None else effects.noise(calibration.noise)
+    # The map is that of each element alone: errors that elements share count in its readings like all others.
+    alone = noise.mean_variance(read_once(counts), of_signal.mean)
+    functions, left = _map_columns(calibration, chain, priors, place, load, alone, counts > 0)
+    variance, shared = noise.own_variance(read_once(counts), of_signal.mean) + left, noise.shared_errors(counts)
     own = chain.sensitivity_derivatives(place) * load[:, None, None]
     own[:, np.arange(m), m + np.arange(m)] = 1.0
     columns = np.concatenate([own, functions], axis=2) * (counts > 0)[:, :, None]
     load_sd = _load_sd(calibration, effects, load, np.concatenate([known.reads_of_load, means.reads_of_load]))
-    root = inverse_root((variance + left)[:t], (of_signal.by_load[:t] * load_sd[:t, None],), counts[:t] > 0)
+    by_load = of_signal.by_load * load_sd[:, None]
+    root = inverse_root(variance[:t], (by_load[:t], *shared[:, :t]), counts[:t] > 0)
     white = np.einsum("tij,tjd->tid", root, columns[:t], optimize=True).reshape(t * m, -1)
     of_prior = [prior_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]
     precision = np.append(of_prior, np.ones(functions.shape[2]))
@@ -91,7 +95,8 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
             np.where(usable, of_signal.mean[t:] + map_.offset, 0.0),
             columns[t:],
             covariance,
-            with_load_error((variance + left)[t:], np.where(usable, of_signal.by_load[t:], 0.0), load_sd[t:]),
+            with_load_error(variance[t:], np.where(usable, of_signal.by_load[t:], 0.0), load_sd[t:])
+            + covariance_of_shared(np.where(usable, shared[:, t:], 0.0)),
         ),
         parameters=(*_parameters(calibration, chain, usable, len(covariance)), *_sensitivity(calibration, columns[:t])),
         coordinates={**{name: ("mm", 1.0) for name in names}, "P": (load_unit(calibration), 1.0)},

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad import element_pitch
 from bayestouch.data.arrays import responding
 from bayestouch.data.averages import TouchMeans, average
@@ -19,7 +20,9 @@ from bayestouch.errors import InputError
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.split_data import WITHOUT_LOAD
 from bayestouch.model.timing import Timing
+from bayestouch.pad.added_noise import NoiseByEffects, NoiseWithEffects
 from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
+from bayestouch.pad.noise import LeftOut, fit_noise
 from bayestouch.pad.priors import PadPriors, pad_priors
 from bayestouch.priors.parameters import Prior
 
@@ -51,7 +54,8 @@ class PadProblem:
     pitch_mm : float
         Distance between neighbouring elements.
     read_variance : (m,) array
-        Variance of one read: from repeats or, where no touch was read twice, from the rest readings; NaN unknown.
+        Variance of one read: from repeats or, where no touch was read twice, from the rest readings; NaN unknown. With
+        `by_effects`, without what effects of the noise add.
     load_share : (n,) array
         Standard error of each load, over the load; NaN if loads were not measured.
     force_sd : float
@@ -66,6 +70,8 @@ class PadProblem:
         Number of raw reads behind `rest`; None if no touch needed it.
     seed : int
         Seed of the random numbers.
+    by_effects : NoiseByEffects or None
+        What effects of the noise add to the noise of the readings.
     """
 
     known: TouchMeans
@@ -80,6 +86,7 @@ class PadProblem:
     rest: FloatArray | None
     rest_reads: FloatArray | None
     seed: int
+    by_effects: NoiseByEffects | None = None
 
     @property
     def present(self) -> NDArray[np.bool_]:
@@ -91,6 +98,10 @@ class PadProblem:
         """Whether loads were measured."""
         return not bool(np.isnan(self.load_share).any())
 
+    def noise_of(self, left_out: LeftOut, *, scattered: bool = False) -> tuple[Noise, float]:
+        """Noise by predictions of readings that are left out; see `fit_noise`."""
+        return fit_noise(left_out, self.read_variance, self.force_sd, scattered=scattered, by_effects=self.by_effects)
+
 
 def pad_problem(
     sensor: Sensor,
@@ -101,11 +112,13 @@ def pad_problem(
     kernel: str = "auto",
     stated: Mapping[str, Prior] | None = None,
     relative_slope: OfLoads | None = None,
+    noise: NoiseWithEffects | None = None,
 ) -> tuple[PadProblem, list[str]]:
     """Input of the calibration of a pad, and notes on touches that were left out and on assumptions.
 
     `stated` are priors by name of the parameter, for a pad with this kernel. `relative_slope` gives the noise of
-    loads (n,) over the noise of the force sensor; loads that are corrected for effects have their own.
+    loads (n,) over the noise of the force sensor; loads that are corrected for effects have their own. `noise` is that
+    of the readings where effects of the noise were fitted to the scatter of samples.
 
     Raises
     ------
@@ -142,7 +155,7 @@ def pad_problem(
         observed=_observed(counted_samples(corrected, samples), known, usable),
         priors=priors.with_stated(stated or {}, kernel, sensor),
         pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
-        read_variance=_read_variance(known, table),
+        read_variance=_read_variance(known, table) if noise is None else noise.own_sd**2,
         load_share=force_sd * slope / np.sqrt(known.reads_of_load) / known.load,
         force_sd=force_sd,
         samples=samples,
@@ -150,6 +163,7 @@ def pad_problem(
         rest=rest,
         rest_reads=shared_rest_reads(table),
         seed=seed,
+        by_effects=None if noise is None else noise.by_effects,
     )
     return problem, [*notes, *odd]
 

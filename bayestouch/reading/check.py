@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.chain.noise import Noise
 from bayestouch.reading.fault_tests import FEWEST
 from bayestouch.reading.faults import SensorCheck, find_faults
 from bayestouch.reading.touch_reader import TouchReader
@@ -49,10 +48,3 @@ def _checked(reader: TouchReader, touches: Any, block: Any, n_elements: int) -> 
         return SensorCheck((), np.arange(n_elements), 1.0, 0)
     some = np.unique(np.linspace(0, t - 1, min(t, MOST)).round().astype(np.int64))
     return find_faults(reader.fitted(touches, block, some))
-
-
-def widened(noise: Noise, excess: float) -> Noise:
-    """Noise multiplied by `excess`, so that it covers the misfit of the readings."""
-    if excess == 1:
-        return noise
-    return replace(noise, tactile_sd=noise.tactile_sd * excess, discrepancy_sd=noise.discrepancy_sd * excess)

@@ -33,8 +33,8 @@ class PadSpots(Summarised):
     bias_rms : (n, D) array
         Error that is common to all touches at a place, rms over calibrations.
     by_element : (n, D, m) array
-        Part of each variance that belongs to each element, noise and calibration together. An error of the calibration
-        that elements share is divided among them by what each contributes: a part may be below zero.
+        Part of each variance that belongs to each element, noise and calibration together. An error that elements share
+        is divided among them by what each contributes: a part may be below zero.
     of_none : (n, D) array
         Part of each variance that belongs to no element: error of the load, and place.
     """
@@ -93,13 +93,14 @@ def pad_spots(
     """
     where = _places(reader, location)
     found = _weights(reader, where, load, reads, use_load)
-    own, shared = found.weights**2, found.by_shared
+    own, together = found.weights**2, np.concatenate([found.by_noise, found.by_map], axis=2)
+    of_noise, of_map = ((each.sum(axis=-1) ** 2).sum(axis=-1) for each in (found.by_noise, found.by_map))
     return PadSpots(
         location=where,
-        noise_sd=np.sqrt((own * found.noise[:, None]).sum(axis=-1) + found.of_none),
-        bias_rms=np.sqrt((own * found.calibration[:, None]).sum(axis=-1) + (shared.sum(axis=-1) ** 2).sum(axis=-1)),
+        noise_sd=np.sqrt((own * found.noise[:, None]).sum(axis=-1) + of_noise + found.of_none),
+        bias_rms=np.sqrt((own * found.calibration[:, None]).sum(axis=-1) + of_map),
         by_element=own * (found.noise + found.calibration)[:, None]
-        + (shared * shared.sum(axis=-1, keepdims=True)).sum(axis=2),
+        + (together * together.sum(axis=-1, keepdims=True)).sum(axis=2),
         of_none=found.of_none,
     )
 
@@ -150,9 +151,9 @@ class _Weights:
         Change of the location per unit error of each reading.
     noise, calibration : (n, m) array
         Variance of each reading from noise, and from the calibration: what no other element shares.
-    by_shared : (n, D, c, m) array
-        Change of the location by one standard deviation of each error of the calibration that elements share, through
-        each element.
+    by_noise, by_map : (n, D, k, m), (n, D, c, m) arrays
+        Change of the location by one standard deviation of each error of noise and calibration that elements share,
+        through each element.
     of_none : (n, D) array
         Variance of the location from the errors of the felt load and of the prior of the place.
     """
@@ -160,7 +161,8 @@ class _Weights:
     weights: FloatArray
     noise: FloatArray
     calibration: FloatArray
-    by_shared: FloatArray
+    by_noise: FloatArray
+    by_map: FloatArray
     of_none: FloatArray
 
 
@@ -173,13 +175,15 @@ def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: fl
     by_load, slope = reader.map.slopes(where, push)
     sensitivity, variance, covariance = reader.map.at(where, push)
     signal = push[:, None] * sensitivity
-    noise = reader.noise.mean_sd(np.full(signal.shape, reads), signal) ** 2
+    counts = np.full(signal.shape, reads)
+    noise = reader.noise.own_sd(counts, signal) ** 2
     calibration = reader.map.reading_variance(variance, covariance, push)
     total = np.where(reader.usable, noise + calibration, np.inf)
     jacobian = np.concatenate([push[:, None, None] * slope, by_load[:, None]], axis=1)  # (n, D + 1, m)
     pulled = jacobian / total[:, None]
-    shared = push[:, None, None] * reader.map.shared_at(where)
-    directions, _ = shared_directions(1 / total, shared)
+    of_map = push[:, None, None] * reader.map.shared_at(where)
+    of_noise = np.where(reader.usable, np.moveaxis(reader.noise.shared_errors(counts), 0, 1), 0.0)
+    directions, _ = shared_directions(1 / total, np.concatenate([of_map, of_noise], axis=1))
     pulled -= (jacobian @ directions.swapaxes(1, 2)) @ directions
     information = pulled @ jacobian.swapaxes(1, 2)
     # Never singular, because the prior of the location is limited to the calibrated region.
@@ -188,8 +192,9 @@ def _weights(reader: PadReader, where: FloatArray, load: float | None, reads: fl
     prior[:, -1] = _felt_load_sd(reader, push, reads, use_load) ** -2.0
     covariance = np.linalg.inv(information + prior[:, None] * np.eye(prior.shape[1]))[:, :-1]
     weights = covariance @ pulled
-    by_shared = weights[:, :, None] * shared[:, None]
-    return _Weights(weights, noise, calibration, by_shared, of_none=np.einsum("ndk,nk->nd", covariance**2, prior))
+    of_none = np.einsum("ndk,nk->nd", covariance**2, prior)
+    by_noise, by_map = (weights[:, :, None] * each[:, None] for each in (of_noise, of_map))
+    return _Weights(weights, noise, calibration, by_noise, by_map, of_none)
 
 
 def _felt_load_sd(reader: PadReader, load: FloatArray, reads: float, use_load: bool) -> FloatArray:

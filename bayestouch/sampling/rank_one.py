@@ -130,6 +130,15 @@ def shared_directions(weight: FloatArray, shared: FloatArray) -> tuple[FloatArra
     return out, log_determinant
 
 
+def precision_times(weight: FloatArray, directions: FloatArray, rows: FloatArray) -> FloatArray:
+    """Inverse covariance times rows (..., m), from `weight` (..., m) and the directions of `shared_directions`."""
+    out = weight * rows
+    for j in range(directions.shape[-2]):
+        along = np.einsum("...m,...m->...", directions[..., j, :], rows)
+        out = out - along[..., None] * directions[..., j, :]
+    return np.asarray(out)
+
+
 def shared_error(
     rows: FloatArray, slope: FloatArray, sd: FloatArray, shared_sd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.recording import Recording
-from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
 from bayestouch.effects.random import BaselineDrift, GainDrift
 from bayestouch.model import fitting
 from bayestouch.model.base import Predicted
@@ -207,20 +206,3 @@ def test_a_drift_takes_what_a_curve_cannot() -> None:
     assert found.vector[0] == pytest.approx(mode[0], abs=1e-6)
     np.testing.assert_allclose(found.drifted[:, 0], basis @ mode[1:], atol=1e-6)
     assert found.names == ("baseline_drift",)
-
-
-def test_a_note_names_the_noise_that_touches_of_a_pad_are_read_without() -> None:
-    """Outliers are left out of the readings of pads too, and add nothing to their noise."""
-    outliers, of_signal, common = Outliers(), SignalDependentNoise(), CommonModeNoise()
-    found = [(outliers, (0.02, 0.3)), (of_signal, (0.03, 1.0)), (common, (0.02, 0.0))]
-
-    def notes(read: bool, n: int) -> list[str]:
-        noise = NoiseModel(np.ones(1), np.ones(1), np.ones(1), effects=tuple(found[:n]))
-        model: Any = SimpleNamespace(read_with_added_noise=read)
-        nothing: Any = None
-        return Fitted(model, np.zeros(0), (), noise, nothing, nothing).notes
-
-    how = "as if each element had one noise of its own at all signals"
-    assert notes(True, 3) == notes(False, 1) == []
-    assert notes(False, 2) == [f"signal_dependent_noise: touches are read without it, {how}"]
-    assert notes(False, 3) == [f"signal_dependent_noise and common_mode_noise: touches are read without them, {how}"]

@@ -12,7 +12,9 @@ from scipy.stats import multivariate_normal
 
 import bayestouch
 from bayestouch.chain.noise import Noise
+from bayestouch.model.noise import AddedNoise
 from bayestouch.model.split_data import SplitData
+from bayestouch.pad.added_noise import NoiseByEffects, PadNoise
 from bayestouch.pad.calibration import choose_pad
 from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.noise import LeftOut, _density_with_slopes, fit_noise, left_out_density
@@ -55,6 +57,43 @@ def test_slopes_are_those_of_the_density() -> None:
     # Forward differences of size h have an error of h/2 times the second derivative, here below 1e3.
     numeric = approx_fprime(np.zeros(12), of_variance, 1e-7).reshape(3, 4)
     assert by_variance[1, 2] == 0
+    np.testing.assert_allclose(by_variance, numeric, atol=1e-4)
+    changed = left_out_density(left_out, noise, 0.1 * np.exp(1e-6)) - left_out_density(left_out, noise, 0.1)
+    np.testing.assert_allclose(by_spread[:2], changed[:2] / 1e-6, atol=1e-5)
+
+
+PEAK, ZERO = np.array([1.0, 0.8, 1.2, 0.9]), np.array([0.3, 0.0, -0.1, 0.2])
+
+
+def by_effects(left_out: LeftOut) -> tuple[LeftOut, PadNoise]:
+    """The touches with several samples; noise of 2 % of the reading, and an error of all elements in a sample."""
+    counts = np.array([[4, 4, 4, 4], [3, 3, 0, 3], [5, 5, 2, 5]])
+    noise = NoiseByEffects(AddedNoise(share=0.2, common=0.3, common_touch=0.1, common_shared=0.0), PEAK, ZERO)
+    return replace(left_out, counts=counts), noise.to(Noise(np.full(4, 0.1), np.full(4, 0.2), 0.05))
+
+
+def test_log_density_with_effects_of_the_noise() -> None:
+    left_out, noise = by_effects(left_out_of(0))
+    found = left_out_density(left_out, noise, 0.1)
+    for t, spread in enumerate((0.1, 0.1, 0.3)):
+        here, count, signal = np.isfinite(left_out.residual[t]), left_out.counts[t], left_out.signal[t]
+        most = np.maximum(np.maximum(count[:, None], count), 1)
+        own = (0.1**2 + (0.2 * (ZERO + signal)) ** 2) / np.maximum(count, 1) + 0.2**2 + (0.05 * signal) ** 2
+        covariance = np.diag(own + left_out.variance[t]) + spread**2 * np.outer(signal, signal)
+        covariance += (0.3**2 / most + 0.1**2) * np.outer(PEAK, PEAK)
+        expected = multivariate_normal(np.zeros(here.sum()), covariance[np.ix_(here, here)])
+        assert found[t] == pytest.approx(expected.logpdf(left_out.residual[t, here]), rel=1e-10)
+
+
+def test_slopes_with_effects_of_the_noise() -> None:
+    left_out, noise = by_effects(left_out_of(1))
+    _, by_variance, by_spread = _density_with_slopes(left_out, noise, 0.1)
+
+    def of_variance(change: np.ndarray) -> float:
+        moved = replace(left_out, variance=left_out.variance + change.reshape(3, 4))
+        return float(left_out_density(moved, noise, 0.1).sum())
+
+    numeric = approx_fprime(np.zeros(12), of_variance, 1e-7).reshape(3, 4)
     np.testing.assert_allclose(by_variance, numeric, atol=1e-4)
     changed = left_out_density(left_out, noise, 0.1 * np.exp(1e-6)) - left_out_density(left_out, noise, 0.1)
     np.testing.assert_allclose(by_spread[:2], changed[:2] / 1e-6, atol=1e-5)

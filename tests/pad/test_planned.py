@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 
@@ -14,6 +15,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.dataset import DataSet
+from bayestouch.effects.stated import StatedModel
 from bayestouch.model.split_data import joined_tables
 from bayestouch.pad.planned import planned
 from bayestouch.pad.reading.reader import PadReader
@@ -214,3 +216,27 @@ def test_a_load_that_is_not_stated_is_the_mean_load_as_read() -> None:
     assert usual.load == pytest.approx(2.25, abs=0.2)
     stated, unstated = (planned(one, each).readings.mean for each in (usual, usual.with_(load=np.array([np.nan]))))
     np.testing.assert_array_equal(stated, unstated)
+
+
+def test_noise_of_the_signal_and_of_all_elements() -> None:
+    """With the numbers on file, written out: six samples of each touch."""
+    _, dataset, _ = calibrated("line")
+    model = StatedModel("pad", "", (("signal_dependent_noise", {}), ("common_mode_noise", {})))
+    one = bayestouch.calibrate(dataset, kernel="gaussian", model=model, draws=64)
+    added = json.loads(str(one.settings["effects"]))["noise"] | {"common": 0.01, "common_touch": 0.004}
+    effects = json.loads(str(one.settings["effects"])) | {"noise": added}
+    one = replace(one, settings={**one.settings, "effects": json.dumps(effects)})
+    table = bayestouch.candidate_touches(one, places=[14.0, 21.0], loads=[1.2], samples=6)
+    readings, peak = planned(one, table).readings, one.extra["effect_peak"]
+    signal = readings.mean - PadMap.from_arrays(one.extra).offset
+    force = one.noise.force_sd / np.sqrt(6)
+    together = peak ** (1 - added["common_shared"]) * peak.mean() ** added["common_shared"]
+    for t in range(2):
+        read = one.extra["effect_zero"] + signal[t]
+        own = one.noise.tactile_sd**2 + (added["share"] * peak * np.abs(read / peak) ** added["power"]) ** 2
+        expected = np.diag(own / 6 + one.noise.discrepancy_sd**2 + (one.noise.signal_share * signal[t]) ** 2)
+        expected += (0.01**2 / 6 + 0.004**2) * np.outer(together, together)
+        expected += np.outer(signal[t], signal[t]) / 1.2**2 * (force**2 + one.noise.load_scatter**2)
+        found = readings.noise[t]
+        scale = np.sqrt(np.diag(expected))
+        np.testing.assert_allclose(found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=0.03)

@@ -9,6 +9,8 @@ import pytest
 
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.model.noise import AddedNoise
+from bayestouch.pad.added_noise import NoiseByEffects
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.reliability import pad_known_bias, pad_spots
 
@@ -91,3 +93,22 @@ def test_with_a_measured_load_one_element_tells_the_place() -> None:
     far = np.array([[23.0]])
     found = pad_known_bias(reader(), reader(gain=1.01), far)[0, 0]
     assert found == pytest.approx(0.01 * WIDTH**2 / (CENTRE[2] - 23.0), rel=0.02)
+
+
+@pytest.mark.parametrize("reads", [1.0, 4.0, np.inf])
+def test_noise_of_the_signal_and_of_all_elements(reads: float) -> None:
+    """The whole covariance of the readings, inverted; an error that all samples of a touch share remains."""
+    added = AddedNoise(share=0.05, power=0.8, common=0.01, common_touch=0.02)
+    plain, peak = reader(lack=0.02), LOAD * GAIN
+    pad = replace(plain, noise=NoiseByEffects(added, peak, np.zeros(3)).to(plain.noise))
+    found = pad_spots(pad, PLACES[:, None], reads=reads)
+    by_load = sensitivity(PLACES)
+    by_place = LOAD * by_load * (CENTRE - PLACES[:, None]) / WIDTH**2
+    own = (NOISE**2 + (0.05 * peak * (LOAD * by_load / peak) ** 0.8) ** 2) / reads + 0.02**2
+    covariance = own[:, :, None] * np.eye(3) + (0.01**2 / reads + 0.02**2) * np.outer(peak, peak)
+    slopes = np.stack([by_place, by_load], axis=1)
+    precision = np.diag([12 / (HIGH - LOW) ** 2, max(FORCE_SD / np.sqrt(reads), 1e-6 * LOAD) ** -2.0])
+    wanted = np.linalg.inv(slopes @ np.linalg.solve(covariance, slopes.swapaxes(1, 2)) + precision)
+    np.testing.assert_allclose(found.sd, np.sqrt(wanted[:, 0, 0]), rtol=1e-3)
+    assert (found.bias_rms == 0).all()
+    np.testing.assert_allclose((found.by_element.sum(axis=-1) + found.of_none)[:, 0], found.sd**2, rtol=1e-9)

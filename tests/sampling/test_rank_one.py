@@ -13,6 +13,7 @@ from bayestouch.sampling.rank_one import (
     log_density_with_shared_error,
     log_density_with_shared_errors,
     normal_log_density,
+    precision_times,
     shared_directions,
     shared_error,
 )
@@ -131,6 +132,8 @@ def test_inverse_of_a_covariance_with_several_shared_errors(count: int) -> None:
     weight, shared = rng.uniform(0.5, 3.0, (4, 5)), rng.normal(size=(4, count, 5))
     weight[2, 1] = 0.0
     directions, log_determinant = shared_directions(weight, shared)
+    rows = rng.normal(size=(4, 5))
+    pulled = precision_times(weight, directions, rows)
     for row in range(4):
         here = weight[row] > 0
         v = shared[row][:, here]
@@ -138,6 +141,8 @@ def test_inverse_of_a_covariance_with_several_shared_errors(count: int) -> None:
         found = np.diag(weight[row]) - directions[row].T @ directions[row]
         np.testing.assert_allclose(found[np.ix_(here, here)], np.linalg.inv(covariance), atol=1e-12)
         assert not found[~here].any()
+        np.testing.assert_allclose(pulled[row, here], np.linalg.solve(covariance, rows[row, here]), atol=1e-12)
+        assert not pulled[row, ~here].any()
         independent = -np.log(weight[row, here]).sum()
         np.testing.assert_allclose(log_determinant[row], np.linalg.slogdet(covariance)[1] - independent, atol=1e-12)
 

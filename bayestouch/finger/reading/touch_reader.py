@@ -34,7 +34,6 @@ from bayestouch.model.observations import Observations
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.priors.radius import RadiusOfTips
-from bayestouch.reading.check import widened
 from bayestouch.reading.ends import graded
 from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
@@ -192,7 +191,7 @@ class FingerTouchReader:
 
     def without(self, check: SensorCheck) -> FingerTouchReader:
         """The reader without the faulty columns of a check."""
-        noise = widened(self.sampler.noise, check.excess)
+        noise = self.sampler.noise.widened(check.excess)
         return replace(self, check=check, sampler=replace(self.sampler, noise=noise))
 
     def unknown(self, block: FingerTouches) -> TouchReadings:

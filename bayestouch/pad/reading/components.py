@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
+from bayestouch.sampling.rank_one import precision_times, shared_directions
 
 # Nodes are left out if their log weight is so far below the largest one: in the search, where weights are approximate,
 # and at the end.
@@ -122,8 +123,8 @@ def _search(
 ) -> tuple[IntArray, IntArray]:
     """Pairs (touch, node) with a weight that is not negligible, for touches with the same noise.
 
-    The pad is linear near each node, and the noise is that of the prior load, so that all weights are products of
-    matrices (touches by elements, elements by nodes).
+    Errors of the calibration that elements share are left out. The pad is linear near each node, and the noise is that
+    of the prior load, so that all weights are products of matrices (touches by elements, elements by nodes).
     """
     part = touches.select(index)
     load, load_sd = part.load[:, None], part.felt_sd[:, None]
@@ -132,18 +133,24 @@ def _search(
     _, variance = reader.predict(lattice.location, np.array(max(float(np.median(part.load)), least)), part.counts[0])
     weight = np.where(part.present[0], 1 / variance, 0.0)
     reading = np.where(part.present, part.readings - reader.map.offset, 0.0)
-    by_load = weight * sensitivity
+    directions, log_determinant = shared_directions(
+        weight, np.broadcast_to(part.shared_by_noise[0], (len(weight), *part.shared_by_noise[0].shape))
+    )
+    by_load = precision_times(weight, directions, sensitivity)
     a = (by_load * sensitivity).sum(axis=1)
     precision = a + 1 / load_sd**2
     pull = reading @ by_load.T - load * a
     square = (reading**2) @ weight.T - 2 * load * (reading @ by_load.T) + load**2 * a
+    for along in directions.swapaxes(0, 1):
+        square -= (reading @ along.T) ** 2
     best = np.maximum(load + pull / precision, 0.05 * np.maximum(load, least))
     dimensions, prior = slope.shape[1], 1 / lattice.width**2
+    by_place = [precision_times(weight, directions, slope[:, k]) for k in range(dimensions)]
     c = [(by_load * slope[:, k]).sum(axis=1) for k in range(dimensions)]
-    v = [best * (reading @ (weight * slope[:, k]).T - load * c[k] - c[k] * pull / precision) for k in range(dimensions)]
+    v = [best * (reading @ by_place[k].T - load * c[k] - c[k] * pull / precision) for k in range(dimensions)]
 
     def curvature(k: int, j: int) -> FloatArray:
-        own = (weight * slope[:, k] * slope[:, j]).sum(axis=1)
+        own = (by_place[k] * slope[:, j]).sum(axis=1)
         return np.asarray(best**2 * (own - c[k] * c[j] / precision) + (prior if k == j else 0.0))
 
     if dimensions == 1:
@@ -153,7 +160,7 @@ def _search(
         xx, xy, yy = curvature(0, 0), curvature(0, 1), curvature(1, 1)
         determinant = xx * yy - xy * xy
         gain = (yy * v[0] ** 2 - 2 * xy * v[0] * v[1] + xx * v[1] ** 2) / determinant
-    constant = np.where(part.present[0], np.log(variance), 0.0).sum(axis=1)
+    constant = np.where(part.present[0], np.log(variance), 0.0).sum(axis=1) + log_determinant
     log_weight = -0.5 * (square - pull**2 / precision - gain + constant + np.log(precision) + np.log(determinant))
     touch, node = np.nonzero(log_weight > log_weight.max(axis=1, keepdims=True) - _FIRST_DEPTH)
     return index[touch], node
@@ -209,7 +216,7 @@ def _expanded(
     hessian[:, np.arange(d), np.arange(d)] += prior
     gradient = np.einsum("nim,nm->ni", design, weight * residual) + prior * (centre - x)
     cost = (weight * residual**2 + np.where(here, np.log(variance), 0.0)).sum(axis=1)
-    if touches.changes is not None:
+    if touches.share_errors:
         along, missed, log_determinant = _shared(reader, touches, touch, x, signal, variance, design, residual, centre)
         hessian -= np.einsum("nqi,nqj->nij", along, along)
         gradient -= np.einsum("nqi,nq->ni", along, missed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -124,7 +124,7 @@ class PadSampler:
         order = np.argsort((parts.weight > 0).sum(axis=1), kind="stable")
         for start in range(0, len(order), _TOGETHER):
             some = np.sort(order[start : start + _TOGETHER])
-            group = known.select(some) if uncertain[some].any() else replace(known, changes=None).select(some)
+            group = known.select(some) if uncertain[some].any() else known.apart().select(some)
             first, map_ = WithLogLoad.of(parts.select(some)), self.reader.map
             proposal = first.weighed_by(partial(_density, self.reader, group), map_.low, map_.high)
             yield PadGroup(rows[some], self.reader, group, window.location[some], proposal, modes[some])
@@ -138,7 +138,7 @@ def _density(reader: PadReader, known: PadTouches, x: FloatArray) -> FloatArray:
 def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> BoolArray:
     """Whether shared errors change the posterior of a touch by more than a negligible amount, (t,)."""
     out = np.zeros(known.n_touches, dtype=bool)
-    if known.changes is not None:
+    if known.share_errors:
         x, touch = components.mean, components.touch
         signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts[touch])
         changes = reader.changes(known, x[:, None], touch, signal[:, None])[:, 0] ** 2
@@ -170,6 +170,6 @@ def _levels(parts: WithLogLoad, draws: FloatArray, reference: FloatArray) -> Flo
 
 def _predicted(reader: PadReader, known: PadTouches, draws: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Posterior mean of the readings, (t, m), and the standard deviation of a reading about it, (t, m)."""
-    signal, variance = reader.predict(draws[..., :-1], draws[..., -1], known.counts[:, None])
+    signal, variance = reader.apart.predict(draws[..., :-1], draws[..., -1], known.counts[:, None])
     spread = np.sqrt(variance.mean(axis=1) + signal.var(axis=1))
     return reader.map.offset + signal.mean(axis=1), np.where(known.counts > 0, spread, np.inf)

@@ -62,8 +62,8 @@ class PadTouchModel:
         counts = self.touches.counts[touches]
         location = np.stack([draws[each.name] for each in self.parameters[:-1]], axis=-1)
         load = self.measured_load(draws)
-        signal, variance = self.reader.predict(location, load, counts)
-        # What elements share of the errors of the calibration counts as independent here.
+        # What elements share of the errors of noise and calibration counts as independent here.
+        signal, variance = self.reader.apart.predict(location, load, counts)
         common = self.reader.map.shared_at(location)
         variance = variance + ((load[..., None, None] * common) ** 2).sum(axis=-2)
         shared = signal * (self.touches.load_scatter / np.maximum(load, 1e-300))[..., None]

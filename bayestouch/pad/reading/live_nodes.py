@@ -46,6 +46,8 @@ class OnePadTouch:
         Standard deviation of the load that the elements feel, N: with the error that they share.
     measured : bool
         Whether the load was measured.
+    by_noise : (k, m) array
+        Change of the readings by one standard deviation of each error of the noise that elements share.
     """
 
     reading: FloatArray
@@ -54,6 +56,7 @@ class OnePadTouch:
     load_sd: float
     felt_sd: float
     measured: bool
+    by_noise: FloatArray
 
     @classmethod
     def of(cls, reader: PadReader, touch: HeldTouch) -> OnePadTouch:
@@ -66,7 +69,8 @@ class OnePadTouch:
             load_sd = float(reader.measured_load_sd(np.array([load]), np.array([reads]))[0])
         felt_sd = float(np.hypot(load_sd, reader.noise.load_scatter))
         reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)
-        return cls(reading, counts, load, load_sd, felt_sd, measured)
+        by_noise = reader.noise.shared_errors(counts[None])[:, 0]
+        return cls(reading, counts, load, load_sd, felt_sd, measured, by_noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,6 +166,7 @@ class _Places:
     """What the readings of one touch are at n locations: sensitivities, and what is uncertain of them.
 
     `open` and `shared` are those of `PadMap.at`; `common` (n, c, m) those of `PadMap.shared_at`, which elements share.
+    Elements share those of the noise, too.
     """
 
     reader: PadReader
@@ -188,10 +193,14 @@ class _Places:
         return (self.touch.counts > 0).astype(float)
 
     @cached_property
+    def _counts(self) -> FloatArray:
+        return np.maximum(self.touch.counts, 1.0)
+
+    @cached_property
     def _own_variance(self) -> FloatArray:
         """Variance of the mean readings that does not depend on the load, (m,)."""
         noise = self.reader.noise
-        return np.asarray(noise.tactile_sd**2 / np.maximum(self.touch.counts, 1.0) + noise.discrepancy_sd**2)
+        return np.asarray(noise.tactile_sd**2 / self._counts + noise.discrepancy_sd**2)
 
     def signals(self, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Readings without noise and the variance of readings, (..., n, m), for loads (..., n)."""
@@ -200,8 +209,21 @@ class _Places:
             places = np.broadcast_to(self.location, (*loads.shape, self.location.shape[-1]))
             there, left, _ = self.reader.map.at(places, loads)
         signal = loads[..., None] * there
-        own = self._own_variance + (self.reader.noise.signal_share * signal) ** 2
+        own = self._own_variance + self.reader.noise.own_signal_variance(self._counts, signal)
         return signal, own + self.reader.map.reading_variance(left, self.shared, loads)
+
+    @property
+    def share_errors(self) -> bool:
+        """Whether elements have errors in common."""
+        return bool(self.common.size or self.touch.by_noise.size)
+
+    def errors(self, loads: FloatArray) -> FloatArray:
+        """Change of readings by each error that elements share, (..., n, c + k, m), for loads (..., n)."""
+        of_map = loads[..., None, None] * self.common
+        if not self.touch.by_noise.size:
+            return of_map
+        of_noise = np.broadcast_to(self.touch.by_noise, (*loads.shape, *self.touch.by_noise.shape))
+        return np.concatenate([of_map, of_noise], axis=-2)
 
     def felt_loads(self, about: float) -> tuple[FloatArray, FloatArray]:
         """Mode and standard deviation of the felt load at each location, (n,) each; the search starts at `about`."""
@@ -211,8 +233,9 @@ class _Places:
         by_load = self.sensitivity * (self.here / spread)
         precision = np.einsum("nm,nm->n", by_load, self.sensitivity) + 1 / touch.felt_sd**2
         pull = by_load @ touch.reading + touch.load / touch.felt_sd**2
-        if self.common.size:
-            known, lacking = self._lacking(spread, about * self.common, self.sensitivity, touch.reading)
+        if self.share_errors:
+            at = np.full(len(self.location), about)
+            known, lacking = self._lacking(spread, self.errors(at), self.sensitivity, touch.reading)
             precision, pull = precision - known, pull - lacking
         centre = np.maximum(pull / precision, least)
         for _ in range(0 if self.reader.map.loads is None else LOAD_STEPS):
@@ -222,9 +245,8 @@ class _Places:
             by_load = slope * (self.here / spread)
             precision = np.einsum("nm,nm->n", by_load, slope) + 1 / touch.felt_sd**2
             pull = np.einsum("nm,nm->n", by_load, touch.reading - signal) + (touch.load - centre) / touch.felt_sd**2
-            if self.common.size:
-                moved = centre[:, None, None] * self.common
-                known, lacking = self._lacking(spread, moved, slope, touch.reading - signal)
+            if self.share_errors:
+                known, lacking = self._lacking(spread, self.errors(centre), slope, touch.reading - signal)
                 precision, pull = precision - known, pull - lacking
             centre = np.maximum(centre + pull / precision, least)
         return centre, 1 / np.sqrt(precision)
@@ -235,8 +257,8 @@ class _Places:
         signal, spread = self.signals(loads)
         residual = touch.reading - signal
         squares, volume = (residual * residual / spread) @ self.here, np.log(spread) @ self.here
-        if self.common.size:
-            directions, grown = shared_directions(self.here / spread, loads[..., None, None] * self.common)
+        if self.share_errors:
+            directions, grown = shared_directions(self.here / spread, self.errors(loads))
             squares = squares - ((directions @ residual[..., None])[..., 0] ** 2).sum(axis=-1)
             volume = volume + grown
         off = (loads - touch.load) / touch.felt_sd

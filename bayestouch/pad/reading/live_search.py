@@ -10,6 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.pad.reading.components import LEAST_LOAD
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader
+from bayestouch.sampling.rank_one import precision_times, shared_directions
 
 # Nodes whose log weight is more than DEPTH below the largest one are left out. There is another location if more than
 # the share ELSEWHERE of the probability is further than APART sd from the best node.
@@ -46,17 +47,20 @@ class Products:
     ----------
     weight : (n, m) array
         Inverse variances of the readings; 0 where missing.
+    shared : (k, n, m) array
+        Directions of the errors of the noise that elements share, see `shared_directions`.
     by_load : (n, m) array
-        Weights times sensitivities.
+        Inverse covariances of the readings times sensitivities.
     by_place : (D, n, m) array
-        Weights times slopes of the sensitivities.
+        Inverse covariances of the readings times slopes of the sensitivities.
     load, load_place, place : (n,), (D, n), (k, n) arrays
         Information on the load, on load and place together, and on each of the k pairs of coordinates.
     constant : (n,) array
-        Sum of the logarithms of the variances.
+        Logarithm of the determinant of the covariance.
     """
 
     weight: FloatArray
+    shared: FloatArray
     by_load: FloatArray
     by_place: FloatArray
     load: FloatArray
@@ -84,6 +88,8 @@ class Search:
         of, first, second = self._products(counts, load), self._first, self._second
         pull = of.by_load @ reading - load * of.load
         square = of.weight @ (reading * reading) - 2 * load * pull - load * load * of.load
+        for along in of.shared:
+            square -= (along @ reading) ** 2
         precision = of.load + 1 / load_sd**2
         best = np.maximum(load + pull / precision, 0.05 * self.reader.load)
         v = (of.by_place @ reading - (load + pull / precision) * of.load_place) * best
@@ -134,18 +140,23 @@ class Search:
 
     def _of(self, counts: FloatArray, load: float) -> Products:
         reader, first, second = self.reader, self._first, self._second
-        noise = reader.noise.mean_sd(np.maximum(counts, 1.0), load * self.sensitivity) ** 2
+        noise = reader.noise.own_sd(np.maximum(counts, 1.0), load * self.sensitivity) ** 2
         variance = noise + reader.map.reading_variance(self.open, self.shared, np.array(load))
         here = (counts > 0).astype(float)
         weight = here / variance
-        by_place = np.moveaxis(weight[:, None] * self.slope, 1, 0)
+        shared = reader.noise.shared_errors(counts[None])[:, 0]
+        directions, log_determinant = shared_directions(weight, np.broadcast_to(shared, (len(weight), *shared.shape)))
+        by_load = precision_times(weight, directions, self.sensitivity)
+        along = np.einsum("nkm,nm->nk", directions, self.sensitivity)
+        by_place = np.stack([precision_times(weight, directions, each) for each in np.moveaxis(self.slope, 1, 0)])
         pairs = zip(first, second, strict=True)
         return Products(
             weight,
-            weight * self.sensitivity,
-            np.ascontiguousarray(by_place),
-            np.einsum("nm,nm,nm->n", weight, self.sensitivity, self.sensitivity),
+            np.ascontiguousarray(directions.swapaxes(0, 1)),
+            by_load,
+            by_place,
+            np.einsum("nm,nm,nm->n", weight, self.sensitivity, self.sensitivity) - (along * along).sum(axis=1),
             np.einsum("inm,nm->in", by_place, self.sensitivity),
             np.stack([np.einsum("nm,nm->n", by_place[i], self.slope[:, j]) for i, j in pairs]),
-            np.log(variance) @ here,
+            np.log(variance) @ here + log_determinant,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,7 +44,10 @@ class PadTouches:
     changes : (t, q, m + 1) array, optional
         Change of readings and load by one standard deviation of each of q independent causes, as in
         `bayestouch.pad.effect_changes.CorrectedMeans`; q is 0 where only the map has errors that elements share. None
-        if errors that elements share are left out.
+        if errors of the calibration that elements share are left out.
+    by_noise : (t, k, m) array, optional
+        Change of the readings by one standard deviation of each of k errors of the noise that elements share. None
+        without such errors, or if they are left out.
     """
 
     readings: FloatArray
@@ -53,6 +56,7 @@ class PadTouches:
     load_sd: FloatArray
     load_scatter: float = 0.0
     changes: FloatArray | None = None
+    by_noise: FloatArray | None = None
 
     @cached_property
     def felt_sd(self) -> FloatArray:
@@ -71,10 +75,30 @@ class PadTouches:
 
     def select(self, index: IntArray) -> PadTouches:
         """Some of the touches."""
-        changes = None if self.changes is None else self.changes[index]
-        return PadTouches(
-            self.readings[index], self.counts[index], self.load[index], self.load_sd[index], self.load_scatter, changes
+        changes, by_noise = (None if each is None else each[index] for each in (self.changes, self.by_noise))
+        return replace(
+            self,
+            readings=self.readings[index],
+            counts=self.counts[index],
+            load=self.load[index],
+            load_sd=self.load_sd[index],
+            changes=changes,
+            by_noise=by_noise,
         )
+
+    @property
+    def shared_by_noise(self) -> FloatArray:
+        """`by_noise`, with k = 0 where it is None."""
+        return np.zeros((self.n_touches, 0, self.readings.shape[1])) if self.by_noise is None else self.by_noise
+
+    @property
+    def share_errors(self) -> bool:
+        """Whether elements have errors in common."""
+        return self.changes is not None or self.by_noise is not None
+
+    def apart(self) -> PadTouches:
+        """The touches without the errors that elements share."""
+        return replace(self, changes=None, by_noise=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +110,7 @@ class PadReader:
     map : PadMap
         Sensitivity over location, with its uncertainty.
     noise : Noise
-        Noise of the readings.
+        Noise of the readings, with what effects of the noise add to it.
     load, load_sd : float
         Prior mean and standard deviation of a load that is not measured.
     load_measured : bool
@@ -138,7 +162,7 @@ class PadReader:
         map_ = map_.exact() if plug_in else map_
         return cls(
             map=map_,
-            noise=calibration.noise,
+            noise=calibration.noise if effects is None else effects.noise(calibration.noise),
             load=float(settings["load_mean"]),
             load_sd=float(settings["load_sd"]),
             load_measured=bool(settings["load_measured"]),
@@ -148,6 +172,11 @@ class PadReader:
             effects=effects,
             load_reads=calibration.rows.usual_load_reads,
         )
+
+    @cached_property
+    def apart(self) -> PadReader:
+        """The same pad, for readings one by one: errors of the noise that elements share are errors of each alone."""
+        return replace(self, noise=self.noise.apart())
 
     def measured_load_sd(self, load: FloatArray, reads: FloatArray) -> FloatArray:
         """Standard deviation of loads (t,), means of `reads` (t,) of the force sensor, corrected for effects."""
@@ -163,13 +192,16 @@ class PadReader:
             changes[~here, :, -1] = 0.0
         elif self.map.n_shared:
             changes = np.zeros((len(here), 0, self.map.n_elements + 1))
+        counts = np.where(self.usable, readings.counts, 0)
+        by_noise = self.noise.shared_errors(counts)
         return PadTouches(
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
-            counts=np.where(self.usable, readings.counts, 0),
+            counts=counts,
             load=np.where(here, readings.load, self.load),
             load_sd=np.where(here, self.measured_load_sd(readings.load, readings.reads_of_load), self.load_sd),
             load_scatter=self.noise.load_scatter,
             changes=changes,
+            by_noise=np.moveaxis(by_noise, 0, 1) if len(by_noise) else None,
         )
 
     def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:
@@ -199,7 +231,7 @@ class PadReader:
         cost = np.where(here, residual**2 / variance + np.log(variance), 0.0).sum(axis=-1)
         off = (load - touches.load[blocks][:, None]) / touches.felt_sd[blocks][:, None]
         cost += off * off
-        if touches.changes is not None:
+        if touches.share_errors:
             directions, log_determinant = self.shared(touches, x, blocks, signal, variance)
             residual = np.concatenate(
                 [np.where(here, residual, 0.0), (touches.load[blocks][:, None] - load)[..., None]], -1
@@ -216,13 +248,13 @@ class PadReader:
         Parameters
         ----------
         touches, x, blocks
-            As in `log_density`; the touches have changes.
+            As in `log_density`; elements of the touches share errors.
         signal, variance : (B, n, m) arrays
             Expected signal and variance of each reading alone, from `predict`.
 
         Returns
         -------
-        (B, n, c + q, m + 1) array, (B, n) array
+        (B, n, c + q + k, m + 1) array, (B, n) array
             Result of `bayestouch.sampling.rank_one.shared_directions`.
         """
         here = np.broadcast_to(touches.present[blocks][:, None], signal.shape)
@@ -231,26 +263,34 @@ class PadReader:
         return shared_directions(weight, self.changes(touches, x, blocks, signal))
 
     def changes(self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray) -> FloatArray:
-        """Change of the residuals of readings and load by one sd of each cause, (B, n, c + q, m + 1); see `shared`.
+        """Change of the residuals of readings and load by one sd of each cause, (B, n, c + q + k, m + 1); see `shared`.
 
-        First the c errors of `PadMap.shared`, then the q causes of effects.
+        First the c errors of `PadMap.shared`, then the q causes of effects, last the k errors of the noise.
         """
-        assert touches.changes is not None
-        load, first, effects = x[..., -1], self.map.n_shared, touches.changes.shape[1]
-        expected = self.map.changes(x[..., :-1])[..., : first + effects, :]
-        out = np.zeros((*expected.shape[:-1], signal.shape[-1] + 1))
-        np.multiply(expected, -load[..., None, None], out=out[..., :-1])
+        load, first, effects = x[..., -1], 0, 0
+        if touches.changes is not None:
+            first, effects = self.map.n_shared, touches.changes.shape[1]
+        causes, noise = first + effects, 0 if touches.by_noise is None else touches.by_noise.shape[1]
+        out = np.zeros((*signal.shape[:-1], causes + noise, signal.shape[-1] + 1))
+        if causes:
+            expected = self.map.changes(x[..., :-1])[..., :causes, :]
+            np.multiply(expected, -load[..., None, None], out=out[..., :causes, :-1])
+        if touches.by_noise is not None:
+            out[..., causes:, :-1] = touches.by_noise[blocks][:, None]
         if effects:
+            assert touches.changes is not None
             assert self.changes_of_load is not None and self.map.offset_by_effect is not None
             acting, *changes = self.changes_of_load
             of_load = np.stack([np.interp(load, acting, change) for change in changes], axis=-1)
-            out[..., first:, :-1] -= self.map.offset_by_effect
-            out[..., first:, :-1] -= of_load[..., None] * (signal / load[..., None])[..., None, :]
-            out[..., first:, :] += touches.changes[blocks][:, None]
+            out[..., first:causes, :-1] -= self.map.offset_by_effect
+            out[..., first:causes, :-1] -= of_load[..., None] * (signal / load[..., None])[..., None, :]
+            out[..., first:causes, :] += touches.changes[blocks][:, None]
         return out
 
     def predict(self, location: FloatArray, load: FloatArray, counts: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Expected signal (reading minus offset) and variance of a mean reading, (..., m) each.
+
+        Errors that elements share are no part of the variance, see `shared`.
 
         Parameters
         ----------
@@ -263,7 +303,7 @@ class PadReader:
         """
         sensitivity, variance, covariance = self.map.at(location, load)
         signal = load[..., None] * sensitivity
-        noise = self.noise.mean_sd(read_once(counts), signal) ** 2
+        noise = self.noise.own_sd(read_once(counts), signal) ** 2
         total = noise + self.map.reading_variance(variance, covariance, load)
         return signal, np.where(counts > 0, total, 1.0)
 

@@ -23,7 +23,6 @@ from bayestouch.pad.reading.likelihood import PadTouchModel
 from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Normal, Parameter, Uniform
-from bayestouch.reading.check import widened
 from bayestouch.reading.ends import graded, is_at_the_end
 from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
@@ -189,7 +188,7 @@ class PadTouchReader:
         reader = self.sampler.reader
         if check.excess == 1:
             return replace(self, check=check)
-        wider = replace(reader, noise=widened(reader.noise, check.excess))
+        wider = replace(reader, noise=reader.noise.widened(check.excess))
         return replace(
             self, check=check, sampler=PadSampler.of(wider), calibrated_noise=self.calibrated_noise or reader.noise
         )

@@ -31,6 +31,10 @@ class Plane:
         self.map.at = lambda place, load: (self.slopes(place)[0], np.zeros(len(place)), np.zeros((len(place), 4)))
         self.map.reading_variance = lambda variance, covariance, load: np.zeros((len(load), 4))
 
+    @property
+    def apart(self) -> Plane:
+        return self
+
     def slopes(self, place: np.ndarray, load: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         return GAIN[:, 0] + place @ GAIN[:, 1:].T, np.broadcast_to(GAIN[:, 1:].T, (len(place), 2, 4))
 
