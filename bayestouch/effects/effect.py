@@ -52,6 +52,9 @@ class Setting:
         from one of the gain.
     radii_mm : tuple of (float, float)
         ``r_a`` and ``r_b`` of a finger, mm; zeros on a pad.
+    own_rest : bool
+        Whether every touch has a rest reading of its own, which is subtracted from it. What changes readings with or
+        without a touch, and slowly, is then subtracted, too.
     """
 
     finger: bool
@@ -68,6 +71,7 @@ class Setting:
     time_unit: str = "s"
     loads_vary: bool = True
     radii_mm: tuple[float, float] = (0.0, 0.0)
+    own_rest: bool = False
 
 
 @dataclass(frozen=True)

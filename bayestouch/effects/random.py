@@ -89,7 +89,8 @@ class BaselineDrift(RandomEffect):
     """The zero of each element drifts: a smooth random function of time per element, in units of its peak reading.
 
     Temperature and charge leakage change the zero whether or not the sensor is touched, so that elements far from the
-    touch show the drift best.
+    touch show the drift best. Where every touch has a rest reading of its own, the drift is subtracted with it, and is
+    not looked for.
 
     Reference: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes (2006), section 4.2 (Matérn).
     """
@@ -101,7 +102,9 @@ class BaselineDrift(RandomEffect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls(_parameters(setting, "the zero, over the peak reading", 0.05)) if setting.span_s > 0 else None
+        if setting.span_s <= 0 or setting.own_rest:
+            return None
+        return cls(_parameters(setting, "the zero, over the peak reading", 0.05))
 
     def own(self, values: Values) -> bool:
         return True

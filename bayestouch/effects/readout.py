@@ -194,7 +194,8 @@ class Memory(Effect):
     (three exponentials, by Gauss-Hermite quadrature). In the looser form the share of element e is 1 + `own_e` times
     this, and grows with the power `strain_power` of the earlier reading. On a finger, earlier touches may also change
     the gain, since they break up the network of a filler. The change is `gain` times the sum of what remains of their
-    readings, weighted with `own_e` and `strain_power`, over the peak.
+    readings, weighted with `own_e` and `strain_power`, over the peak. Where every touch has a rest reading of its own,
+    the remainder is subtracted with it, and memory is not looked for.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra); A. R.
     Payne (1962), doi:10.1002/app.1962.070061906 (recovery of filled rubber).
@@ -214,7 +215,7 @@ class Memory(Effect):
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
         pause = setting.gap_s
-        if pause <= 0:
+        if pause <= 0 or setting.own_rest:
             return None
         times = tuple(pause * factor for factor in (0.4, 1.5, 5.0))
         return cls(

@@ -279,6 +279,12 @@ class SplitData:
             removed=errors,
         )
 
+    @property
+    def _own_rest(self) -> bool:
+        """Whether every touch of the fits has rows without contact of its own."""
+        touched, contact = self.table.touch, self.table.in_contact
+        return bool(np.isin(touched[self.training & contact], touched[~contact]).all())
+
     def setting(self, contact: str, reference_load: float) -> Setting:
         """Setting from which effects choose their priors and probes."""
         sensor, table = self.dataset.sensor, self.table.select(self.training)
@@ -294,6 +300,7 @@ class SplitData:
             gap_s=typical_gap(self.time_s[contact_rows], self.held_s[contact_rows]),
             span_s=float(np.ptp(self.time_s)),
             time_unit=self.unit,
+            own_rest=self._own_rest,
             **body_of(sensor).setting(sensor.body, contact, table.load[table.in_contact]),
         )
 

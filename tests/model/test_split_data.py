@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.touches import touches_from
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.effects import catalogue
 from bayestouch.finger import body as finger
 from bayestouch.model import split_data as data
 from bayestouch.model.split_data import _known, remarks_on
@@ -122,3 +123,27 @@ def test_touches_of_a_pad_without_a_load_are_left_out_where_others_have_one() ->
     # Where no load is measured, all touches stay.
     unmeasured = lacking.with_(load=np.full(lacking.n_rows, NAN))
     assert data.SplitData.of_calibration(DataSet(made.sensor, unmeasured, made.touches)).training.all()
+
+
+def test_effects_that_a_rest_reading_of_each_touch_subtracts_are_not_looked_for() -> None:
+    """What remains of earlier touches and a drift of the zero are in the rest reading, too; one touch lacks its own."""
+    made = simulate(PadDesign(samples_per_touch=2), seed=1).dataset
+    assert made.calibration is not None
+    for missing in (0, 1):
+        tables = [_with_rest_rows(each, missing) for each in (made.calibration, made.touches)]
+        split = data.SplitData.of(DataSet(made.sensor, *tables))
+        setting = split.setting("", 1.0)
+        assert setting.own_rest == (missing == 0)
+        names = {each.name for each in catalogue(setting)}
+        assert "gain_drift" in names
+        assert ({"baseline_drift", "memory"} <= names) == (missing == 1)
+        assert missing == 1 or not {"baseline_drift", "memory"} & names
+
+
+def _with_rest_rows(table: Touches, missing: int) -> Touches:
+    """The table after a row at rest in each touch but the first `missing` ones."""
+    _, first = np.unique(table.touch, return_index=True)
+    one = table.select(np.sort(first)[missing:])
+    rest = one.with_(contact=np.zeros(one.n_rows), readings=0.1 + 0 * one.readings, sample=np.full(one.n_rows, 99))
+    both = data.joined_tables(rest, table)
+    return both.with_(touch=np.concatenate([rest.touch, table.touch]))
