@@ -15,6 +15,7 @@ from bayestouch.pad.known_touches import location_spacing
 from bayestouch.pad.left_out import blocks_left_out
 from bayestouch.pad.misfit_fit import fit_misfit
 from bayestouch.pad.noise import LeftOut, left_out_density
+from bayestouch.pad.place_error import place_error
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
 
@@ -27,6 +28,10 @@ _START_TOUCHES = 200
 # A fit from a starting value ends when a step decreases its objective by less than this share of it. Fits that end in
 # different minima differ by more, and the best one is fitted again to its end.
 _START_ENOUGH = 1e-4
+
+# Step of the derivatives over the place: kernels and maps change over millimetres, so that rounding and curvature are
+# both below a millionth.
+STEP_MM = 1e-3
 
 # First guess of the model error of a kernel, as a share of the signal.
 _FIRST_MISFIT = 0.03
@@ -50,6 +55,8 @@ class PadCandidate:
         Standard deviation of unmeasured loads over their mean in the calibration; NaN where loads were measured.
     score : float
         Log predictive density of the left-out readings.
+    place_error : float
+        Standard deviation of the displacement of touches by errors of the model, mm (`bayestouch.pad.place_error`).
     """
 
     fit: PadFit
@@ -58,6 +65,7 @@ class PadCandidate:
     noise: Noise
     load_spread: float
     score: float
+    place_error: float = 0.0
 
     def at(self, flat: FloatArray, covariance: FloatArray) -> PadCandidate:
         """The same model with other parameters (d,) of the pad, and their covariance (d, d)."""
@@ -79,6 +87,24 @@ class PadCandidate:
     def load_errors(self) -> FloatArray:
         """Standard deviation of the error that the readings of each touch share, over its load, (n,)."""
         return self.left_out.load_errors(self.noise, self.load_spread)
+
+    def sensitivity(self, points: FloatArray) -> FloatArray:
+        """Sensitivity of the elements, with the map, at points (k, D) in mm, (k, m)."""
+        fit, out = self.fit, self.fit.chain.sensitivity(points)
+        if self.has_map:
+            shape = kernel_shape(self.shape, points)
+            for e, covariance in enumerate(fit.misfit.covariances):
+                functions = fit.misfit.functions_at(e, points, shape[:, e])
+                out[:, e] += functions @ covariance.weights(fit.residual[:, e])
+        return out
+
+    @property
+    def by_place(self) -> FloatArray:
+        """Change of the predicted readings of the touches per mm, (n, D, m)."""
+        known = self.fit.known
+        steps = STEP_MM * np.eye(known.location.shape[1])
+        rises = [self.sensitivity(known.location + step) - self.sensitivity(known.location - step) for step in steps]
+        return np.asarray(known.load[:, None, None] * np.stack(rises, axis=1) / (2 * STEP_MM))
 
     @property
     def error_percent(self) -> float:
@@ -165,7 +191,10 @@ def with_noise_between_blocks(problem: PadProblem, model: PadCandidate) -> PadCa
     residual, variance = model.fit.without_blocks(blocks_left_out(problem.known.n_touches))
     left_out = replace(model.left_out, residual=residual, variance=variance)
     noise, spread = problem.noise_of(left_out, scattered=True)
-    return replace(model, noise=noise, load_spread=spread)
+    # Touches that are a whole spacing off would be read as their neighbours.
+    largest = location_spacing(problem.known.location)
+    error = place_error(left_out, model.by_place, noise, spread, largest)
+    return replace(model, noise=noise, load_spread=spread, place_error=error)
 
 
 def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:

@@ -129,7 +129,7 @@ class FinerMap:
         left_out = LeftOut(residual, open_, signal, known.counts, known.load, problem.load_share)
         found, spread = problem.noise_of(left_out, scattered=True)
         score = float(left_out_density(left_out, found, spread).sum())
-        made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score)
+        made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score, place_error=0.0)
         loads = np.zeros(0)
         if loads_vary(known.load):
             loads = tabulated_loads(known.load, sizes.load_length)

@@ -108,6 +108,7 @@ def _statistics(problem: PadProblem, model: PadCandidate, rivals: dict[str, PadC
         "lack_of_fit": _lack_of_fit(problem, model),
         "load_spread": model.load_spread,
         "load_scatter": model.noise.load_scatter if problem.load_measured else np.nan,
+        "place_error": model.place_error,
         "log_score": model.score,
     }
     if model.has_map:
@@ -155,6 +156,11 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
         notes.append(
             f"of the models tried, {name} is chosen, by how well calibration readings left out are predicted "
             f"(log predictive density of the others against it: {scores})"
+        )
+    if model.place_error:
+        notes.append(
+            f"touches that are left out look as if they were {model.place_error:.2g} mm elsewhere, beyond the noise: "
+            "places of the calibration are off, or the model is. Regions of the location allow for it"
         )
     if model.kernel.parameters and problem.priors.moved:
         notes.append(problem.priors.moved)

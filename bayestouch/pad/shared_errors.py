@@ -71,13 +71,15 @@ def with_shared_errors(map_: PadMap, model: PadCandidate, priors: Sequence[Prior
         alone = offset_variance + load * (2 * covariance + load * variance)
         weight = np.where(seen, load**2 / np.maximum(noise[part] + alone, 1e-300), 0.0)
         tangent, fit, moves, rest = _displaced(map_, points[part], weight, found)
+        if model.place_error:
+            moves = _displaced_more(moves, model.place_error / (map_.high - map_.low))
         lasting = (alone + model.noise.lasting_variance(signal[part])) / load**2
         apart = (fit**2 @ (lasting + (found**2).sum(axis=2))[..., None])[..., 0]
         together = (fit**2 @ (lasting + rest)[..., None])[..., 0] + (moves**2).sum(axis=2)
         changed = np.abs(np.sqrt(apart / np.maximum(together, 1e-300)) - 1).max(axis=1)
         tables.append((moves.swapaxes(1, 2) @ tangent, variance + rest, covariance, changed))
     shared, variance, covariance, changed = (np.concatenate(each) for each in zip(*tables, strict=True))
-    if np.quantile(changed[map_.inside(points)], PLACES) < NEGLIGIBLE:
+    if not model.place_error and np.quantile(changed[map_.inside(points)], PLACES) < NEGLIGIBLE:
         return map_
     return replace(
         map_,
@@ -115,13 +117,23 @@ def _displaced(
     moved = fit @ found
     rest = np.maximum((found**2).sum(axis=2) - ((tangent.swapaxes(1, 2) @ moved) ** 2).sum(axis=2), 0.0)
     spread = moved @ moved.swapaxes(1, 2)
-    size = np.sqrt(np.einsum("kii->ki", spread)) + LEAST
-    # A Cholesky factor changes smoothly from place to place.
-    root = size[:, :, None] * np.linalg.cholesky(spread / size[:, :, None] / size[:, None] + LEAST * eye)
+    root = _root(spread)
     by_rest = np.linalg.solve(root, fit)
     share, axes = np.linalg.eigh((by_rest * rest[:, None]) @ by_rest.swapaxes(1, 2))
     kept = (axes * np.sqrt(np.maximum(1 - share, 0.0))[:, None]) @ axes.swapaxes(1, 2)
     return tangent, fit, root @ kept, rest
+
+
+def _displaced_more(moves: FloatArray, place: FloatArray) -> FloatArray:
+    """As `moves` (k, D + 1, D + 1) of `_displaced`, with independent errors of the place (D,), over the region."""
+    return _root(moves @ moves.swapaxes(1, 2) + np.diag(np.append(0.0, place**2)))
+
+
+def _root(spread: FloatArray) -> FloatArray:
+    """Cholesky factors of covariances (k, d, d): they change smoothly from place to place."""
+    size = np.sqrt(np.einsum("kii->ki", spread)) + LEAST
+    scaled = spread / size[:, :, None] / size[:, None]
+    return np.asarray(size[:, :, None] * np.linalg.cholesky(scaled + LEAST * np.eye(spread.shape[1])))
 
 
 @dataclass(frozen=True, eq=False)

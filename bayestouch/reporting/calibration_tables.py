@@ -29,6 +29,7 @@ _STATISTICS = {
     "load_trend_share": "share of the errors' variance that a trend in the load explains",
     "load_spread": "spread of unmeasured loads, share of their mean",
     "load_scatter": "error that all elements share in a touch, as a load in N",
+    "place_error": "error of the place that all elements share in a touch, mm",
     "log_score": "log predictive density of readings left out",
     "map_length_mm": "correlation length of the empirical map, mm",
     "map_size_everywhere": "size of the empirical map, share of the signal's peak",
