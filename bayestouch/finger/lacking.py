@@ -92,10 +92,14 @@ def shear_modulus_from_prior(log_mu: FloatArray, prior_sd: float) -> Iterator[st
     prior_sd : float
         Standard deviation of its prior.
     """
-    sd = float(log_mu.std())
-    if prior_sd > PRIOR_ENOUGH and sd > FROM_PRIOR * prior_sd:
+    if prior_sd > PRIOR_ENOUGH and is_from_prior(log_mu, prior_sd):
         yield (
-            f"The touches say little of the shear modulus: it is that of its prior, known to {100 * sd:.0f} %. All "
-            "radii R are in proportion to it and have this error in common, and intervals of R are too narrow "
-            "and symmetric (docs/statistics.md): calibrate with flats, too."
+            "The touches say little of the shear modulus: it is that of its prior, known to "
+            f"{100 * float(log_mu.std()):.0f} %. All radii R are in proportion to it and have this error in common "
+            "(docs/statistics.md): calibrate with flats, too."
         )
+
+
+def is_from_prior(log_mu: FloatArray, prior_sd: float) -> bool:
+    """Whether draws of log μ are those of its prior, which has the standard deviation `prior_sd`."""
+    return float(log_mu.std()) > FROM_PRIOR * prior_sd

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -55,6 +55,14 @@ def root_of(covariance: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.cholesky(covariance + np.diag(1e-12 * diagonal + 1e-300)))
 
 
+def without_modulus(covariance: FloatArray, n_elements: int) -> FloatArray:
+    """Covariance of a calibration, as for `reading_covariance`, with zeros in the row and the column of log μ."""
+    out = covariance.copy()
+    log_mu = 3 * n_elements + 1
+    out[log_mu] = out[:, log_mu] = 0.0
+    return out
+
+
 @dataclass(frozen=True, eq=False)
 class CalibrationCovariance:
     """Covariance of the readings of touches due to the calibration of the elastic model.
@@ -73,6 +81,10 @@ class CalibrationCovariance:
     def __call__(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) for touches of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
         return reading_covariance(self.jacobian(radius_mm, angle, load), self.covariance)
+
+    def with_known_modulus(self) -> CalibrationCovariance:
+        """The covariance for a known shear modulus that is independent of the other parameters."""
+        return replace(self, covariance=without_modulus(self.covariance, self.chain.n_elements))
 
     def jacobian(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Derivatives of the readings, (5, t, m), as `calibration_jacobian`; parameters as `__call__`."""

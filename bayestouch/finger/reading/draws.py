@@ -13,6 +13,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.alternatives import propose_alternatives, propose_places, search_prior
 from bayestouch.finger.reading.elsewhere import distant_places, fits_as_well
 from bayestouch.finger.reading.modes import find_modes, hessian_at, with_whitener
+from bayestouch.finger.reading.modulus import RadiusOverModulus
 from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import (
     CalibratedFinger,
@@ -37,6 +38,8 @@ DRAWN = ("r_c", "R", "theta_c", "P")
 TIPS = "tip_log_probability"
 #: Whitener of the readings with which each touch was drawn, (m, m, t).
 WHITENER = "whitener"
+#: Mean of the R with which the readings of each touch are predicted, mm, (t,): R', where the modulus is hardly known.
+RADIUS_READ = "radius_read"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,8 @@ class FingerGroup:
         Log probability of each tip, if the prior has tips; NaN if it must be estimated from the draws.
     with_whitener : bool
         Whether the `WHITENER` is among the results.
+    modulus : RadiusOverModulus or None
+        Prior of R' with which R is drawn from R'; None if the posterior is that of R.
     """
 
     rows: IndexArray
@@ -62,16 +67,22 @@ class FingerGroup:
     proposal: BlockProposal
     log_probability: FloatArray | None = None
     with_whitener: bool = False
+    modulus: RadiusOverModulus | None = None
 
     def log_density(self, x: FloatArray, touch: IndexArray) -> FloatArray:
         """Log posterior density (B, n) of points (w, θ_c, P), (B, n, 3), for the touches with indices `touch` (B,)."""
         return self.posterior.log_density(x, touch)
 
     def results(self, draws: FloatArray) -> Drawn:
-        """``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m), `TIPS`, `WHITENER`; from (chain, draw, t, 3)."""
+        """Draws of `DRAWN`, `RADIUS_READ`, `TIPS`, `WHITENER`; from (chain, draw, t, 3). θ_c in degree."""
         indenter = self.posterior.indenter
         radius, indenter_radius = indenter.indenter_radius(draws[..., 0])
-        out = {"r_c": indenter_radius, "R": radius, "theta_c": np.degrees(draws[..., 1]), "P": draws[..., 2]}
+        out = {"theta_c": np.degrees(draws[..., 1]), "P": draws[..., 2]}
+        if self.modulus is not None:
+            over_modulus = indenter.radius(draws[..., 0])
+            out[RADIUS_READ] = over_modulus.mean(axis=(0, 1))
+            radius, indenter_radius = indenter.below_flat(self.modulus.radius(over_modulus))
+        out |= {"R": radius, "r_c": indenter_radius}
         if self.log_probability is not None:
             probability = self.log_probability.copy()
             unsure = np.isnan(probability[0])
@@ -97,6 +108,9 @@ class FingerSampler:
         touches; None if the calibration counts as exact.
     with_whitener : bool
         Whether the `WHITENER` of each touch is kept.
+    modulus : RadiusOverModulus or None
+        Prior of R', if the calibration hardly knows the shear modulus: touches are read with that of the mode, and
+        `reading_covariance` is that for a known modulus.
     """
 
     chain: CalibratedFinger
@@ -105,13 +119,19 @@ class FingerSampler:
     noise: Noise
     reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray] | None
     with_whitener: bool = False
+    modulus: RadiusOverModulus | None = None
 
     redraws_together = True
 
     @cached_property
+    def drawn_priors(self) -> IndenterPriors:
+        """Priors of what is drawn: `priors`, or with that of R' in place of R."""
+        return self.priors if self.modulus is None else replace(self.priors, radius=self.modulus)
+
+    @cached_property
     def search(self) -> IndenterPriors:
         """Priors for the search of modes, which needs a density of R, also where only some tips are possible."""
-        return replace(self.priors, radius=search_prior(self.priors.radius, self.chain.outer_radius_mm))
+        return replace(self.priors, radius=search_prior(self.drawn_priors.radius, self.chain.outer_radius_mm))
 
     def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
         """Rows in an even number of pieces of about the same size."""
@@ -119,10 +139,12 @@ class FingerSampler:
         return [piece for piece in np.array_split(rows, 2 * -(-len(rows) // (2 * largest)) or 1) if len(piece)]
 
     def shapes(self, chains: int, draws: int) -> dict[str, tuple[int, ...]]:
-        """Shapes of the results without the axis of touches: `DRAWN`, and `TIPS` and `WHITENER` if there are any."""
+        """Shapes of the results without the axis of touches: `DRAWN`, and the others if there are any."""
         shapes: dict[str, tuple[int, ...]] = dict.fromkeys(DRAWN, (chains, draws))
         if isinstance(self.priors.radius, RadiusOfTips):
             shapes[TIPS] = (self.priors.radius.n_alternatives,)
+        if self.modulus is not None:
+            shapes[RADIUS_READ] = ()
         if self.with_whitener:
             shapes[WHITENER] = (self.noise.tactile_sd.size, self.noise.tactile_sd.size)
         return shapes
@@ -150,20 +172,21 @@ class FingerSampler:
     def _at_one_place(self, rows: IndexArray, search: FingerPosterior, mode: FloatArray) -> FingerGroup:
         """Group of touches whose posterior, that of the `search`, has one mode (t, 3)."""
         hessian = hessian_at(search, mode)
-        posterior = replace(search, priors=self.priors)
+        posterior = replace(search, priors=self.drawn_priors)
         proposal: BlockProposal
         if isinstance(self.priors.radius, RadiusOfTips):
             proposal, log_probability = propose_alternatives(posterior, mode, hessian)
         else:
             proposal, log_probability = profile_proposal(posterior, mode, hessian), None
-        return FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener)
+        return FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener, self.modulus)
 
     def _at_places(self, rows: IndexArray, search: FingerPosterior, mode: FloatArray, place: FloatArray) -> FingerGroup:
         """Group of touches with a mode (t, 3) that may also be at other locations, e.g. at a place (t, 3)."""
         modes = [(each, hessian_at(search, each)) for each in (mode, find_modes(search, place))]
-        posterior = replace(search, priors=self.priors)
+        posterior = replace(search, priors=self.drawn_priors)
         log_probability = None
         if isinstance(self.priors.radius, RadiusOfTips):
             # Counted among the draws.
             log_probability = np.full((self.priors.radius.n_alternatives, len(rows)), np.nan)
-        return FingerGroup(rows, posterior, propose_places(posterior, modes), log_probability, self.with_whitener)
+        proposal = propose_places(posterior, modes)
+        return FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener, self.modulus)

@@ -68,19 +68,23 @@ class IndenterCoordinate:
         return np.where(is_tip, self.tips.radius_mm[tip], radius)
 
     def indenter_radius(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """R and r_c in mm, shape of `w`; r_c of a tip is its stated radius, inf for a flat.
-
-        With a density, R can equal ``r_b`` in double precision and r_c would be infinite, so that means of r_c would
-        not exist: R is limited to just below ``r_b``.
-        """
-        outer = self.outer_radius_mm
+        """R and r_c in mm, shape of `w`; r_c of a tip is its stated radius, inf for a flat."""
         radius = self.radius(w)
-        below = np.minimum(radius, outer * (1 - 1e-9))
-        r_c = below * outer / (outer - below)
+        below, r_c = self.below_flat(radius)
         if self.tips is None:
             return below, r_c
         tip, is_tip = self._tip(w)
         return np.where(is_tip, radius, below), np.where(is_tip, np.array(self.tips.indenter_radius_mm)[tip], r_c)
+
+    def below_flat(self, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """R of a density (...), mm, and its r_c.
+
+        R can equal ``r_b`` in double precision and r_c would be infinite, so that means of r_c would not exist: R is
+        limited to just below ``r_b``.
+        """
+        outer = self.outer_radius_mm
+        below = np.minimum(radius, outer * (1 - 1e-9))
+        return below, below * outer / (outer - below)
 
     def log_density(self, w: FloatArray) -> FloatArray:
         """Log prior density of w, shape of `w`."""

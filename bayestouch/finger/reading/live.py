@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from bayestouch.array_types import FloatArray
-from bayestouch.finger.reading.alternatives import search_prior
 from bayestouch.finger.reading.elsewhere import APART, AS_WELL
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.live_covariance import LOADS, LOADS_OF_BEND, CovarianceTable
@@ -68,7 +67,9 @@ class FingerLive:
         w, angle = (each.ravel() for each in np.meshgrid(np.log(TEMPLATE_SHARES / (1 - TEMPLATE_SHARES)), angles))
         table = None
         if not (options.plug_in or _by_radius(reader)):
-            table = CovarianceTable.from_arrays(arrays) if arrays else _covariance_table(reader)
+            # A table for a known modulus holds for these options alone.
+            known = arrays if sampler.modulus is None else None
+            table = CovarianceTable.from_arrays(known) if known else _covariance_table(reader)
         live = cls(reader, table, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
         blank = live._blank.with_(readings=np.zeros(live.n_elements, dtype=np.float32))
         load = np.full(len(w), reader.typical_load)
@@ -80,8 +81,10 @@ class FingerLive:
         return len(self.reader.noise.tactile_sd)
 
     def arrays(self) -> dict[str, FloatArray]:
-        """The table of the covariance, for a file."""
-        return {} if self.covariance is None else self.covariance.arrays()
+        """The table of the covariance, for a file; none if it holds for these options alone."""
+        if self.covariance is None or self.reader.sampler.modulus is not None:
+            return {}
+        return self.covariance.arrays()
 
     def stream(self) -> FingerStream | None:
         """A new stream; None if the calibration has no effects."""
@@ -169,12 +172,13 @@ class FingerLive:
     @cached_property
     def _search(self) -> IndenterCoordinate:
         """Coordinate of the indenters for the search of modes: tips without a density have a uniform one."""
-        outer = self.reader.sampler.chain.outer_radius_mm
-        return IndenterCoordinate(search_prior(self.reader.sampler.priors.radius, outer), outer)
+        sampler = self.reader.sampler
+        return IndenterCoordinate(sampler.search.radius, sampler.chain.outer_radius_mm)
 
     @cached_property
     def _alternatives(self) -> Alternatives:
-        return Alternatives.of(self.reader.sampler.priors.radius)
+        sampler = self.reader.sampler
+        return replace(Alternatives.of(sampler.priors.radius), modulus=sampler.modulus)
 
     def _start(self, readings: FloatArray, diagonal: FloatArray, load: float) -> tuple[FloatArray, FloatArray]:
         """Start of the search (w, θ_c, P), and the readings (m,) of the template at a distant place that fits best."""
@@ -206,7 +210,7 @@ def _by_radius(reader: FingerTouchReader) -> bool:
 def _covariance_table(reader: FingerTouchReader) -> CovarianceTable:
     """Table of the covariance of the readings, and with effects of their values too; see `EffectContext.columns`."""
     sampler, chain = reader.sampler, reader.effects_chain
-    columns, loads = reader.covariance, np.array([1.0])
+    columns, loads = sampler.reading_covariance or reader.covariance, np.array([1.0])
     if chain is not None:
         loads = np.array(LOADS_OF_BEND if bends(chain) else LOADS)
 
@@ -216,7 +220,8 @@ def _covariance_table(reader: FingerTouchReader) -> CovarianceTable:
             out[:, chain.model.n_elements :] *= load[:, None, None]
             return out
 
-    largest = sampler.priors.load.support[1] * sampler.chain.outer_radius_mm / sampler.chain.shear_modulus_MPa / 1000
+    widest = sampler.search.radius.support[1] if sampler.modulus else sampler.chain.outer_radius_mm
+    largest = sampler.priors.load.support[1] * widest / sampler.chain.shear_modulus_MPa / 1000
     modulus, ends, scale = sampler.chain.shear_modulus_MPa, sampler.priors.location.support, sampler.table.kappa_scale
     return CovarianceTable.of(columns, modulus, ends, scale, largest, reader.typical_load * loads)
 

@@ -10,6 +10,7 @@ from scipy.special import chdtrc
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_nodes import Nodes, nodes_of
+from bayestouch.finger.reading.modulus import SHARES, RadiusOverModulus
 from bayestouch.priors.parameters import Prior
 from bayestouch.priors.radius import RadiusOfTips
 from bayestouch.reading.live import AT_AN_END, CLOSE, IMPROBABLE, LEVELS, MISFIT, LiveTouch
@@ -89,12 +90,15 @@ class Alternatives:
         Composite radius R and log prior probability of each tip.
     log_share : float or None
         Log prior probability of the density; None if there is none.
+    modulus : RadiusOverModulus or None
+        Prior of R', if the radius of the touch is R' and not R.
     """
 
     names: tuple[str, ...]
     radius_mm: FloatArray
     log_weight: FloatArray
     log_share: float | None
+    modulus: RadiusOverModulus | None = None
 
     @classmethod
     def of(cls, prior: Prior) -> Alternatives:
@@ -131,12 +135,14 @@ class Alternatives:
                 flags = [*flags, CUT]
         mass = np.exp(nodes.log_mass - nodes.log_mass.max())
         mass /= mass.sum()
-        parts = np.array([nodes.radius, nodes.mean[0] * _DEGREE, nodes.mean[1]])
+        radius, radius_variance = self._moments(nodes.radius)
+        parts = np.array([radius, nodes.mean[0] * _DEGREE, nodes.mean[1]])
         mean = parts @ mass
         off = parts - mean[:, None]
         covariance = (off * mass) @ off.T
         angle, both, load = (nodes.covariance @ mass).tolist()
         covariance[1:, 1:] += ((angle * _DEGREE**2, both * _DEGREE), (both * _DEGREE, load))
+        covariance[0, 0] += radius_variance @ mass
         sd = np.sqrt(covariance.diagonal())
         quantiles = np.empty((3, 3))
         quantiles[0] = self._radius_quantiles(one, grid, nodes.log_mass)
@@ -162,6 +168,14 @@ class Alternatives:
             shares = [*mass[:k].tolist(), *([float(mass[k:].sum())] if grid is not None else [])]
             tips = dict(zip(self.names, shares, strict=True))
         return LiveTouch(NAMES, UNITS, mean, sd, quantiles, covariance, misfit, samples, tips, tuple(flags))
+
+    def _moments(self, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean (mm) and variance of R at each radius of the nodes, (g,) each."""
+        if self.modulus is None:
+            return radius, np.zeros(len(radius))
+        radii = self.modulus.radii(radius)
+        mean = radii @ SHARES
+        return mean, (radii - mean[:, None]) ** 2 @ SHARES
 
     def _nodes(self, one: OneTouch, found: Expansion, grid: Grid | None) -> Nodes:
         """Integrals at the tips, then at the knots."""
@@ -203,6 +217,11 @@ class Alternatives:
         density = np.exp(np.maximum(finer(np.maximum(log_mass[k:] - log_mass.max(), -60.0)), -60.0))
         within = 0.5 * (density[1:] + density[:-1])
         w = grid.low + grid.step * (KNOTS - 1) / len(within) * np.arange(len(density))
+        if self.modulus is not None:
+            radii = self.modulus.radii(one.radii(w)).ravel()
+            order = np.argsort(radii)
+            sums = np.cumsum((density[:, None] * SHARES).ravel()[order])
+            return np.asarray(np.interp(LEVELS * sums[-1], sums, radii[order]))
         below = np.empty(len(density))
         below[0] = 0.0
         np.cumsum(within, out=below[1:])

@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.neighbours import Neighbours
 from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.functions import PLACE
-from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.finger.reading.covariance import reading_covariance, without_modulus
 from bayestouch.finger.reading.reading_table import ANGLES, ReadingTable
 
 
@@ -65,6 +65,12 @@ class CovarianceWithPlaces:
         index = np.arange(variance.shape[1])
         covariance[:, index, index] += variance
         return covariance
+
+    def with_known_modulus(self) -> CovarianceWithPlaces:
+        """The covariance for a known shear modulus that is independent of the other parameters."""
+        places, m = self.finger.places, self.finger.elastic.n_elements
+        known = replace(places, covariance=without_modulus(places.covariance, m))
+        return CovarianceWithPlaces(replace(self.finger, places=known))
 
     def __getstate__(self) -> dict[str, object]:
         """State for a worker process, without the neighbours, see `CalibrationCovariance`."""

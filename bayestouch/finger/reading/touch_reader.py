@@ -13,6 +13,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
 from bayestouch.data.arrays import nearest_turn
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.sensor import finger_of
 from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
 from bayestouch.effects.contact import BluntEdge
@@ -21,11 +22,18 @@ from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.reading.covariance import CalibrationCovariance
-from bayestouch.finger.reading.draws import DRAWN, TIPS, WHITENER, FingerSampler
+from bayestouch.finger.reading.draws import DRAWN, RADIUS_READ, TIPS, WHITENER, FingerSampler
 from bayestouch.finger.reading.likelihood import FingerTouchModel
 from bayestouch.finger.reading.misfit import FingerMisfit
+from bayestouch.finger.reading.modulus import RadiusOverModulus
 from bayestouch.finger.reading.places import CovarianceWithPlaces, table_with_places
-from bayestouch.finger.reading.reader import CalibratedFinger, FingerPosterior, IndenterPriors, TouchReadings
+from bayestouch.finger.reading.reader import (
+    CalibratedFinger,
+    FingerPosterior,
+    IndenterPriors,
+    TouchReadings,
+    full_whitener,
+)
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
 from bayestouch.finger.reading.touches_with_effects import observe, prepare
@@ -97,11 +105,15 @@ class FingerTouchReader:
         """Reader from a calibration of a finger."""
         typical = float(calibration.settings["typical_load"])
         effects_chain = ChainWithEffects.of(calibration) if calibration.has_effects else None
-        chain, table, covariance = _model(calibration, typical, effects_chain)
+        modulus = None if options.plug_in else _modulus(calibration, options)
+        chain, table, covariance = _model(calibration, typical, effects_chain, modulus)
         priors = _with_blunt_edges(IndenterPriors.of(chain, typical, options.indenter), effects_chain)
-        noise = calibration.noise
+        noise, given = calibration.noise, covariance
+        if modulus is not None:
+            assert isinstance(covariance, CalibrationCovariance | CovarianceWithPlaces)
+            given = covariance.with_known_modulus()
         sampler = FingerSampler(
-            chain, priors, table, noise, None if options.plug_in else covariance, bool(options.groups)
+            chain, priors, table, noise, None if options.plug_in else given, bool(options.groups), modulus
         )
         return cls(options, sampler, covariance, typical, noise, effects_chain)
 
@@ -202,9 +214,12 @@ class FingerTouchReader:
         """Draws of r_c, R, θ_c and P, and readings predicted at their means; grade 0 beyond the priors."""
         means, radius = block.means, self.sampler.priors.radius
         log_probability, whitener = drawn.pop(TIPS, None), drawn.pop(WHITENER, None)
+        radius_read = drawn.pop(RADIUS_READ, None)
         posterior = {name: drawn[name] for name in DRAWN}
         reference = self._reference(means)
-        predicted = self._predicted(block.readings, posterior)
+        read = posterior["R"].mean(axis=(0, 1)) if radius_read is None else radius_read
+        touch = read, np.radians(posterior["theta_c"].mean(axis=(0, 1))), posterior["P"].mean(axis=(0, 1))
+        predicted = self._predicted(block.readings, *touch)
         rows = TouchRows(
             touch=means.touch,
             location={"theta_c": reference["theta_c"]},
@@ -226,6 +241,9 @@ class FingerTouchReader:
         if whitener is not None:
             sampler = self.sampler
             whiteners = np.ascontiguousarray(np.moveaxis(whitener, -1, 0))
+            if radius_read is not None:
+                # Given R alone, the modulus is as uncertain as the other parameters.
+                whiteners = full_whitener(sampler.noise, block.readings, self.covariance(*touch))
             density = FingerPosterior(sampler.chain, block.readings, sampler.priors, whiteners, sampler.table)
             model = FingerTouchModel(density, self.parameters, means.load)
         return Estimates(posterior, stats, reference, rows, tips, model)
@@ -260,9 +278,9 @@ class FingerTouchReader:
             angle = nearest_turn(means.angle_deg, float(np.degrees(np.mean(self.sampler.priors.location.support))))
         return {"r_c": radius, "R": np.where(np.isnan(radius), np.nan, composite), "theta_c": angle, "P": means.load}
 
-    def _predicted(self, readings: TouchReadings, draws: Drawn) -> FloatArray:
-        radius, degrees, load = (draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P"))
-        angle = np.radians(degrees)
+    def _predicted(
+        self, readings: TouchReadings, radius: FloatArray, angle: FloatArray, load: FloatArray
+    ) -> FloatArray:
         predicted = self.sampler.chain.predict(radius, angle, load)
         if readings.context is None:
             return predicted
@@ -277,11 +295,30 @@ def _with_blunt_edges(priors: IndenterPriors, effects_chain: ChainWithEffects | 
     return replace(priors, radius=replace(priors.radius, edge_radius_mm=values[BluntEdge.name][0]))
 
 
+def _modulus(calibration: Calibration, options: Options) -> RadiusOverModulus | None:
+    """Prior of R' of `RadiusOverModulus`; None where it is not needed, or where readings do not depend on P R/μ alone.
+
+    Such readings are those with effects, with an identified E map, or on a surface with a curvature of its own.
+    """
+    places = PlacePosterior.from_arrays(calibration.extra)
+    own_surface = places is not None and places.functions.surface is not None
+    if calibration.has_effects or calibration.has_identified_map or own_surface:
+        return None
+    prior = (options.indenter or UniformRadius()).radius_prior(finger_of(calibration.sensor).outer_radius_mm)
+    return RadiusOverModulus.of(prior, calibration.parameters, calibration.posterior, float(calibration.mode["mu"]))
+
+
 def _model(
-    calibration: Calibration, typical: float, effects_chain: ChainWithEffects | None
+    calibration: Calibration,
+    typical: float,
+    effects_chain: ChainWithEffects | None,
+    modulus: RadiusOverModulus | None,
 ) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
     """Calibrated finger, its reading table, and the covariance of readings due to its calibration."""
     elastic = finger_chain(calibration) if effects_chain is None else effects_chain.model.chain(effects_chain.vector)
+    if modulus is not None:
+        # The tables reach as far in P R' as in P R.
+        elastic = elastic.with_(largest_load=elastic.largest_load * modulus.widest)
     ends = IndenterPriors.of(elastic, typical).location.support
     if calibration.has_identified_map:
         from bayestouch.finger.empirical.map import EmpiricalCalibration
