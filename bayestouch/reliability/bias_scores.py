@@ -18,7 +18,7 @@ from bayestouch.results.objects import TouchPosteriors
 MEAN_ABSOLUTE = float(np.sqrt(2 / np.pi))
 #: Bootstrap samples for the intervals of scores: 15 of them are beyond each end.
 BOOTSTRAPS = 300
-#: Neighbouring locations that a bootstrap draws together, because their errors are alike.
+#: Neighbouring locations that a bootstrap draws together, because they have nearly the same error.
 BLOCK = 8
 #: Probability of the intervals whose coverage is asked.
 PROBABILITY = 0.9
