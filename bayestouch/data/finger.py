@@ -159,7 +159,8 @@ def _in_a_row(angles: tuple[float, ...]) -> tuple[float, ...]:
     ordered = np.sort(angles)
     if len(angles) < 2:
         return angles
-    if ordered[-1] - ordered[0] >= 360:
+    # Halves, as the difference of the largest numbers there are is infinite.
+    if 0.5 * ordered[-1] - 0.5 * ordered[0] >= 180:
         # Twice, as 360 is what rounding makes of an angle just below zero.
         angles = tuple(float(each % 360 % 360) for each in angles)
         ordered = np.sort(angles)

@@ -1,8 +1,9 @@
 """Which indenters one touch can distinguish: posterior odds with location, load and calibration unknown.
 
-`distinguished` and `threshold_radii` integrate the Fisher information (`RadiusScale`). `trial` simulates touches and
-computes the evidence; it needs only the likelihood, and gives error rates and ROC curves. The two methods agree unless
-one shallow element reads a touch almost alone: then only `trial` knows that the touch may be on either side of it.
+`distinguished` and `threshold_radii` integrate the Fisher information (`RadiusScale`). Where readings are not linear in
+the location, as where one shallow element reads a touch almost alone, they are quadratures over the location
+(`bayestouch.reliability.pairs`). `trial` simulates touches and computes the evidence; it needs only the likelihood, and
+gives error rates and ROC curves.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from bayestouch.output.summary import Summarised
 from bayestouch.reliability.evidence import log_evidence
 from bayestouch.reliability.information import RadiusScale
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces, require_touches
+from bayestouch.reliability.pairs import right_shares, thresholds
 from bayestouch.reliability.paper_criterion import Annulus, smallest_radius
 
 
@@ -53,7 +55,9 @@ def distinguished(
     require_touches(radii, where)
     scale = RadiusScale.of(known, where, samples=samples, use_load=use_load)
     first, second = (grid.ravel() for grid in np.meshgrid(radii, radii, indexing="ij"))
-    return scale.distinguished(first, second).reshape(-1, len(radii), len(radii))
+    expected = scale.distinguished(first, second).reshape(-1, len(radii), len(radii))
+    composite = np.asarray(composite_radius(radii, known.outer_radius_mm))
+    return right_shares(known, composite, where, expected, samples, use_load)
 
 
 def threshold_radii(
@@ -67,7 +71,7 @@ def threshold_radii(
 ) -> FloatArray:
     """r_c (mm) of the sharpest round indenter that is distinguished from `from_r_c` at each location, (n,).
 
-    NaN if not even a flat is distinguished. See `RadiusScale.threshold`.
+    NaN if not even a flat is distinguished. See `RadiusScale.threshold` and `distinguished`.
 
     Raises
     ------
@@ -75,7 +79,8 @@ def threshold_radii(
         As in `RadiusScale.of`, or if `probability` is not between 0.5 and 1.
     """
     scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
-    return scale.threshold(from_r_c, probability)
+    expected = scale.threshold(from_r_c, probability)
+    return thresholds(known, from_r_c, scale.angle, expected, probability, samples, use_load)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -261,7 +266,6 @@ def optimism(
     peak = np.abs(np.diagonal(known.predict(above)))
     noise = float(np.median(np.sqrt(known.noise_variance(samples)) / peak))
     paper = smallest_radius(finger, noise, span_deg=span_deg)
-    scale = RadiusScale.of(known, np.radians(places), samples=samples, use_load=False)
-    right = scale.distinguished([0.0], [paper])[:, 0]
-    honest = scale.threshold()
+    right = distinguished(known, [0.0, paper], places, samples=samples, use_load=False)[:, 0, 1]
+    honest = threshold_radii(known, places, samples=samples, use_load=False)
     return tuple(Optimism(paper, float(p), float(r)) for p, r in zip(right, honest, strict=True))

@@ -8,7 +8,7 @@ from scipy.special import logsumexp
 
 from bayestouch import FingerDesign
 from bayestouch.contact import composite_radius
-from bayestouch.reliability import TouchPlaces, distinguished, expected_finger, log_evidence, threshold_radii, trial
+from bayestouch.reliability import TouchPlaces, expected_finger, log_evidence
 
 # Elements 1.2 mm below the surface and 2.8 mm apart.
 SHALLOW = expected_finger(
@@ -40,13 +40,3 @@ def test_a_touch_beside_an_element_may_be_on_either_side(use_load: bool) -> None
     # A normal density at one peak was off by 0.4 here.
     np.testing.assert_allclose(found[:, 1] - found[:, 0], odds, atol=0.1)
     assert np.abs(odds).max() > 1
-
-
-def test_the_scale_is_optimistic_where_one_shallow_element_reads_alone() -> None:
-    """The limit that the page on reliability states."""
-    radius = float(threshold_radii(SHALLOW, [ABOVE_DEG], use_load=False)[0])
-    tips = [0.0, radius]
-    assert distinguished(SHALLOW, tips, [ABOVE_DEG], use_load=False)[0, 0, 1] == pytest.approx(0.95, abs=1e-6)
-    found = trial(SHALLOW, tips, [ABOVE_DEG], touches=1000, use_load=False).distinguished[0, 1]
-    # A share of 0.91 of 2000 touches has a standard error of 0.006.
-    assert found == pytest.approx(0.91, abs=0.02)
