@@ -10,7 +10,7 @@ from bayestouch.data.dataset import DataSet, require_dataset
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about, not_a, require_whole
 from bayestouch.model.body import body_of
-from bayestouch.output.progress import Progress
+from bayestouch.output.progress import Progress, require_progress
 from bayestouch.priors.parameters import Prior
 from bayestouch.priors.stated import require_priors
 from bayestouch.results.objects import Calibration
@@ -125,6 +125,7 @@ def calibrate(
     require_whole("seed", seed, 0)
     require_dataset(dataset)
     body = body_of(dataset.sensor)
+    require_progress(progress)
     require_priors(priors)
     if discrepancy == "none" and "discrepancy_sd" in (priors or {}):
         raise InputError('prior of discrepancy_sd: discrepancy "none" has no such parameter')

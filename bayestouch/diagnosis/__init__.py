@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bayestouch.errors import about, require_whole
-from bayestouch.output.progress import Progress
+from bayestouch.output.progress import Progress, require_progress
 
 if TYPE_CHECKING:
     from bayestouch.data.dataset import DataSet
@@ -78,9 +78,12 @@ def diagnose(
     from bayestouch.diagnosis.follow import trace
     from bayestouch.diagnosis.result import Diagnosis
     from bayestouch.model.body import body_of
+    from bayestouch.parallel.cluster import require_address
 
     require_whole("draws", draws, 8)
     require_whole("seed", seed, 0)
+    require_progress(progress)
+    require_address(scheduler)
     require_dataset(dataset)
     body = body_of(dataset.sensor)
     options = {**body.own({"contact": contact, "kernel": kernel}), "draws": draws, "sample": sample, "seed": seed}

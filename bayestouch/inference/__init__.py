@@ -12,7 +12,8 @@ from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, sourc
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError, not_a, require_whole
 from bayestouch.model.body import body_of
-from bayestouch.output.progress import Progress
+from bayestouch.output.progress import Progress, require_progress
+from bayestouch.parallel.cluster import require_address
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.reading.driver import (
     Executor,
@@ -129,6 +130,8 @@ def infer(
     >>> touches.save("posterior.nc")
     """
     require_calibration(calibration)
+    require_progress(progress)
+    require_address(scheduler)
     if not isinstance(touches, Touches | str | Path):
         is_whole = isinstance(touches, DataSet)
         how = "use its attribute touches" if is_whole else "give the path of their file, or a table of a data set"

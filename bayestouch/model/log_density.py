@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError, few, number_array, shown
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import plural
 
@@ -137,6 +137,8 @@ class LogDensity(Summarised):
         InputError
             A parameter is missing.
         """
+        if not isinstance(values, Mapping):
+            raise InputError(f"expected parameters by name, got {shown(values)}")
         needed = self.values(self.start[None])
         given = {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
         single = all(given[name].ndim < needed[name].ndim for name in given.keys() & needed.keys())
@@ -151,7 +153,7 @@ class LogDensity(Summarised):
         return found if np.ndim(x) > 1 else np.asarray(found[0])
 
     def _points(self, x: ArrayLike) -> FloatArray:
-        points = np.atleast_2d(np.asarray(x, dtype=np.float64))
+        points = np.atleast_2d(number_array("points", x, 0, 1, 2, 3))
         if points.ndim != 2 or points.shape[1] != self.dimension:
             raise InputError(f"expected points (n, {self.dimension}), got {np.shape(x)}")
         return points

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from bayestouch.errors import InputError, shown
+
 # Function that is called with the fraction of the work that is done, between 0 and 1.
 Progress = Callable[[float], None]
 # Characters of label and stages: in a terminal of 80 columns the rest has percentage, bar and times.
@@ -63,6 +65,18 @@ class Bar:
         """Show the fraction that is done, and the name of the stage; outer stages only where there is room."""
         self.bar.set_description_str(shortened(f"{self.label}: ", stage) if stage else self.label, refresh=False)
         self.bar.update(max(fraction - self.bar.n, 0.0))
+
+
+def require_progress(progress: object) -> None:
+    """Raise an error unless an option is a function, or None.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress: expected a function of the fraction that is done, got {shown(progress)}")
 
 
 def shortened(label: str, stages: str) -> str:

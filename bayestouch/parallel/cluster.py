@@ -17,7 +17,7 @@ from importlib.metadata import version
 from itertools import islice
 from typing import Any
 
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, shown
 from bayestouch.parallel.processes import on_cores
 
 #: Function that computes one piece of work from the data common to all pieces and the piece.
@@ -26,6 +26,18 @@ ClusterWork = Callable[[Any, Any], Any]
 PATIENCE = 30.0
 #: Number of pieces sent to each thread of a worker, so that the next piece is there when one is finished.
 AHEAD = 2
+
+
+def require_address(scheduler: object) -> None:
+    """Raise an error unless an option is the address of a scheduler, or None.
+
+    Raises
+    ------
+    InputError
+        It is no text.
+    """
+    if not isinstance(scheduler, str | None):
+        raise InputError(f"scheduler: expected an address, such as 'tcp://10.0.0.5:8786', got {shown(scheduler)}")
 
 
 def on_cluster(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.special import gammaln, ndtr, ndtri, stdtr, stdtrit
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, number_array
 
 # A truncated prior with a smaller probability contradicts its bounds. In the upper tail a difference of two
 # probabilities would have fewer than four digits, and quantiles would be infinite.
@@ -42,6 +42,7 @@ class Uniform:
     high: float
 
     def __post_init__(self) -> None:
+        _require_numbers("uniform", self)
         if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
             raise InputError(f"uniform prior: expected low < high, got {self.low:g} and {self.high:g}")
 
@@ -70,6 +71,7 @@ class Normal:
     high: float = np.inf
 
     def __post_init__(self) -> None:
+        _require_numbers("normal", self)
         if not (np.isfinite(self.mean) and 0 < self.sd < np.inf):
             raise InputError(f"normal prior: expected a finite mean and sd > 0, got {self.mean:g}, {self.sd:g}")
         if not self.low < self.high or self._mass < LEAST_PROBABILITY:
@@ -105,6 +107,7 @@ class LogNormal:
     spread: float
 
     def __post_init__(self) -> None:
+        _require_numbers("log-normal", self)
         if not (0 < self.median < np.inf and 0 < self.spread < np.inf):
             raise InputError(f"log-normal prior: expected median, spread > 0, got {self.median:g}, {self.spread:g}")
 
@@ -137,6 +140,7 @@ class StudentT:
     high: float = np.inf
 
     def __post_init__(self) -> None:
+        _require_numbers("Student-t", self)
         if not (np.isfinite(self.centre) and 0 < self.scale < np.inf and 0 < self.dof < np.inf):
             raise InputError(
                 "Student-t prior: expected a finite centre, scale > 0 and degrees of freedom > 0, got "
@@ -179,6 +183,7 @@ class LogStudentT:
     dof: float
 
     def __post_init__(self) -> None:
+        _require_numbers("log-Student-t", self)
         if not (0 < self.median < np.inf and 0 < self.spread < np.inf and 0 < self.dof < np.inf):
             raise InputError(
                 "log-Student-t prior: expected median, spread, degrees of freedom > 0, got "
@@ -202,6 +207,12 @@ class LogStudentT:
     def __str__(self) -> str:
         factor = np.exp(self.spread)
         return f"log-Student-t, median {self.median:g}, factor {factor:.3g}, {self.dof:.3g} degrees of freedom"
+
+
+def _require_numbers(kind: str, prior: Uniform | Normal | LogNormal | StudentT | LogStudentT) -> None:
+    """Raise `InputError` unless all values of a prior are numbers."""
+    for each in fields(prior):
+        number_array(f"{kind} prior: {each.name}", getattr(prior, each.name), 0)
 
 
 def _within(low: float, high: float) -> str:

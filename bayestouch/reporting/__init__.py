@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.output.progress import Progress, staged
+from bayestouch.output.progress import Progress, require_progress, staged
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import number, plural
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -165,6 +165,7 @@ def report(
     from bayestouch.reporting.gather import GATHERED, gather
     from bayestouch.reporting.writing import write_report
 
+    require_progress(progress)
     if dataset is not None:
         require_dataset(dataset)
     output = Path(output)

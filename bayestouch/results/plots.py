@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import nearest_turn
-from bayestouch.errors import InputError, few, nearest
+from bayestouch.errors import InputError, few, nearest, require_whole, shown
 from bayestouch.priors.parameter_text import PriorOfOtherCode
 from bayestouch.results.draws_on_file import require_draws
 
@@ -118,7 +118,8 @@ def plot_fit(calibration: CalibrationData, element: int = 1, axes: Axes | None =
             If there is no such element.
     """
     rows = calibration.rows
-    if not 1 <= element <= rows.observed.shape[1]:
+    require_whole("element", element, 1)
+    if element > rows.observed.shape[1]:
         raise InputError(f"element: expected 1 to {rows.observed.shape[1]}, got {element}")
     axes = new_axes(axes)
     where, label = _location(rows.location, len(rows.touch))
@@ -187,6 +188,8 @@ def plot_touch(
     require_draws(posteriors.posterior)
     if names is None:
         names = shown_pair(posteriors.posterior)
+    if isinstance(names, str) or not isinstance(names, Sequence) or len(names) != 2:
+        raise InputError(f"names: expected two parameters, such as ('theta_c', 'R'), got {shown(names)}")
     axes = new_axes(axes, 4.6, 4.4)
     columns, reference = [], []
     for name in names:
@@ -236,9 +239,10 @@ def _require_touches(posteriors: PosteriorsData) -> None:
 
 def _parameter(parameters: tuple[Parameter, ...], name: str, known: Any) -> Parameter:
     found = {parameter.name: parameter for parameter in parameters}
-    if name not in found or (known is not None and name not in known):
+    # A list is no key.
+    if not isinstance(name, str) or name not in found or (known is not None and name not in known):
         names = [each for each in found if known is None or each in known]
-        raise InputError(f"{name}: no such parameter; expected one of {few(names, 20)}{nearest(name, names)}")
+        raise InputError(f"{name}: no such parameter; expected one of {few(names, 20)}{nearest(str(name), names)}")
     return found[name]
 
 

@@ -23,7 +23,8 @@ from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError, require_whole
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.inference import infer
-from bayestouch.output.progress import Progress
+from bayestouch.output.progress import Progress, require_progress
+from bayestouch.parallel.cluster import require_address
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.data import require_calibration
 from bayestouch.results.objects import Calibration
@@ -111,6 +112,8 @@ def sbc(
     >>> ranks.passes()  # the posteriors are neither too narrow, nor too wide, nor shifted
     True
     """
+    require_progress(progress)
+    require_address(scheduler)
     require_whole("simulations", simulations, 5 * BINS)
     require_whole("samples", samples, 1)
     require_whole("seed", seed, 0)

@@ -12,6 +12,7 @@ import pytest
 from report_cases import FINGER
 
 import bayestouch
+from bayestouch.priors.parameters import LogNormal, LogStudentT, Normal, StudentT, Uniform
 
 NO_DATA_SET = {
     "calibrate": bayestouch.calibrate,
@@ -110,3 +111,91 @@ def test_other_slips_in_a_notebook(simulated: bayestouch.SimulatedDataSet, calib
     for message, call in wrong.items():
         with pytest.raises(bayestouch.InputError, match=f"^{re.escape(message)}"):
             call()
+
+
+@pytest.mark.parametrize("progress", [3, "a"])
+def test_what_is_no_function_of_the_fraction(
+    simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration, progress: Any, tmp_path: Path
+) -> None:
+    data, message = simulated.dataset, f"^progress: expected a function of the fraction that is done, got {progress!r}$"
+    calls: list[Callable[[], object]] = [
+        lambda: bayestouch.calibrate(data, progress=progress),
+        lambda: bayestouch.infer(data.touches, calibration, progress=progress),
+        lambda: bayestouch.diagnose(data, progress=progress),
+        lambda: bayestouch.report(data, tmp_path / "report", progress=progress),
+        lambda: bayestouch.compare(data, data, tmp_path / "comparison", progress=progress),
+        lambda: bayestouch.sbc(calibration, progress=progress),
+    ]
+    for call in calls:
+        with pytest.raises(bayestouch.InputError, match=message):
+            call()
+    assert not any(tmp_path.iterdir())
+
+
+def test_what_is_no_address_of_a_scheduler(
+    simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration
+) -> None:
+    data, address = simulated.dataset, 3
+    calls: list[Callable[[], object]] = [
+        lambda: bayestouch.infer(data.touches, calibration, scheduler=address),  # type: ignore[arg-type]
+        lambda: bayestouch.diagnose(data, scheduler=address),  # type: ignore[arg-type]
+        lambda: bayestouch.sbc(data, scheduler=address),  # type: ignore[arg-type]
+    ]
+    for call in calls:
+        with pytest.raises(bayestouch.InputError, match=r"^scheduler: expected an address, such as 'tcp://.*, got 3$"):
+            call()
+
+
+def test_what_is_no_number_of_a_prior() -> None:
+    a: Any = "a"
+    wrong: dict[str, Callable[[], object]] = {
+        "normal prior: mean: expected a number, got 'a'": lambda: Normal(a, 1.0),
+        "normal prior: sd: expected a number, got None": lambda: Normal(1.0, None),  # type: ignore[arg-type]
+        "normal prior: low: expected a number, got [1, 2]": lambda: Normal(1.0, 1.0, [1, 2]),  # type: ignore[arg-type]
+        "uniform prior: high: expected a number, got 'a'": lambda: Uniform(0.0, a),
+        "log-normal prior: median: expected a number, got 'a'": lambda: LogNormal(a, 1.0),
+        "Student-t prior: dof: expected a number, got 'a'": lambda: StudentT(0.0, 1.0, a),
+        "log-Student-t prior: spread: expected a number, got 'a'": lambda: LogStudentT(1.0, a, 4.0),
+    }
+    for message, call in wrong.items():
+        with pytest.raises(bayestouch.InputError, match=f"^{re.escape(message)}$"):
+            call()
+
+
+def test_what_cannot_be_plotted(simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration) -> None:
+    data = simulated.dataset
+    read: Any = bayestouch.infer(
+        data.touches.select(data.touches.touch == data.touches.touch[0]), calibration, draws=64
+    )
+    known: Any = calibration
+    two = "names: expected two parameters, such as ('theta_c', 'R'), got "
+    wrong: dict[str, Callable[[], object]] = {
+        "element: expected a whole number, at least 1, got 1.5": lambda: known.plot_fit(1.5),
+        "element: expected a whole number, at least 1, got 'a'": lambda: known.plot_fit("a"),
+        "3: no such parameter; expected one of ": lambda: known.plot_parameter(3),
+        "['R']: no such parameter; expected one of ": lambda: read.plot_estimates(["R"]),
+        f"{two}('R',)": lambda: read.plot_touch(0, ("R",)),
+        f"{two}'Rx'": lambda: read.plot_touch(0, "Rx"),
+        f"{two}3": lambda: read.plot_touch(0, 3),
+        "4: no such parameter; expected one of ": lambda: read.plot_touch(0, ("R", 4)),
+    }
+    for message, call in wrong.items():
+        with pytest.raises(bayestouch.InputError, match=f"^{re.escape(message)}"):
+            call()
+
+
+def test_what_are_no_points_of_a_density(
+    simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration
+) -> None:
+    density: Any = bayestouch.log_density(calibration, simulated.dataset)
+    for call in (
+        density,
+        density.log_prior,
+        density.log_likelihood,
+        density.touch_log_likelihood,
+        density.to_parameters,
+    ):
+        with pytest.raises(bayestouch.InputError, match=r"^points: expected a list of numbers, got 'a'$"):
+            call("a")
+    with pytest.raises(bayestouch.InputError, match=r"^expected parameters by name, got 'a'$"):
+        density.from_parameters("a")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError, not_a
-from bayestouch.output.progress import Progress, staged
+from bayestouch.output.progress import Progress, require_progress, staged
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import plural
 from bayestouch.results.objects import Calibration
@@ -133,6 +133,7 @@ def compare(
     from bayestouch.reporting.comparison.numbers import compared
     from bayestouch.reporting.comparison.writing import write_comparison
 
+    require_progress(progress)
     for each in (first, second):
         if not isinstance(each, DataSet | Calibration):
             how = "bayestouch.load_dataset(folder) and bayestouch.load(file) read them"
