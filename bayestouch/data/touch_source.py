@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bayestouch.array_types import IntArray
+from bayestouch.data.copies import notes_on_copies
 from bayestouch.data.files import reading
 from bayestouch.data.parquet import parquet_pieces
 from bayestouch.data.remarks import Tally
@@ -164,7 +165,7 @@ class OnFile:
 
     def whole(self) -> Touches:
         """The table in memory."""
-        return joined_touches(self.held) if self.held else read_touches(self.path, self.sensor)
+        return joined_touches(self.held) if self.held else _read_whole(self.path, self.sensor)
 
     def mark(self) -> tuple[str, str]:
         """Return the hash of the file."""
@@ -174,8 +175,12 @@ class OnFile:
         return "file", digest
 
     def remarks(self, tally: Tally) -> tuple[str, ...]:
-        """Return the remarks that `bayestouch.data.touch_table.read_touches` adds to its notes."""
-        return notes_on(self.header, self.columns, tally)
+        """Return the remarks that `bayestouch.data.touch_table.read_touches` adds to its notes, and those on copies.
+
+        Copies are looked for only if all pieces are in memory.
+        """
+        copies = notes_on_copies(None, joined_touches(self.held), ("", self.path.name)) if self.held else ()
+        return (*notes_on(self.header, self.columns, tally), *copies)
 
     def _read(self) -> Iterator[Touches]:
         self._check()
@@ -230,8 +235,14 @@ def source_of(path: str | Path, sensor: Sensor) -> TouchSource:
     """
     with reading(path) as file:
         if file.stat().st_size <= READ_WHOLE:
-            return InMemory(read_touches(path, sensor))
+            return InMemory(_read_whole(Path(path), sensor))
     return OnFile.of(Path(path), sensor)
+
+
+def _read_whole(path: Path, sensor: Sensor) -> Touches:
+    """Return the table in a file, with notes on copies among its touches."""
+    touches = read_touches(path, sensor)
+    return touches.with_(notes=(*touches.notes, *notes_on_copies(None, touches, ("", path.name))))
 
 
 def joined_touches(parts: Sequence[Touches]) -> Touches:
