@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,6 @@ from bayestouch.data.baseline import NO_REST
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
-from bayestouch.finger.far_from_priors import far_from_priors
 from bayestouch.finger.fit import FingerFit, fit_finger, with_offsets, without_offsets
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.lacking import shear_modulus_from_prior
@@ -33,6 +32,7 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.rest_errors import rest_errors
 from bayestouch.model.split_data import CORRECTED_REST, SplitData
 from bayestouch.output.progress import Progress
+from bayestouch.priors.far_from_priors import far_from_priors
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
@@ -209,7 +209,7 @@ def finger_calibration(
         samples=means.samples[used],
         load_reads=means.reads_of_load[used],
     )
-    finger, posterior = finger_of(sensor), public_draws(fit, vectors)
+    posterior = public_draws(fit, vectors)
     typical = float(np.nanmean(rows.load))
     log_mu = layout_.log_mu
     from_prior = shear_modulus_from_prior(every[..., log_mu], float(fit.likelihood.prior.spread[log_mu]))
@@ -249,7 +249,7 @@ def finger_calibration(
                     *_noise_notes(touches, priors),
                     *from_prior,
                     *_left_out(used),
-                    *far_from_priors(priors.parameters(sensor.reading_unit, discrepancy=False), posterior, finger),
+                    *far_from_stated(priors, sensor, posterior),
                 )
             )
         ),
@@ -258,6 +258,12 @@ def finger_calibration(
             **groups_without_effects(fit, vectors, groups, seed),
         },
     )
+
+
+def far_from_stated(priors: FingerPriors, sensor: Sensor, posterior: Mapping[str, FloatArray]) -> Iterator[str]:
+    """Yield the notes of `far_from_priors` on the parameters of a finger without effects, from draws by name."""
+    nominal = {"theta_s": finger_of(sensor).element_angles_deg}
+    yield from far_from_priors(priors.parameters(sensor.reading_unit, discrepancy=False), posterior, nominal)
 
 
 def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:

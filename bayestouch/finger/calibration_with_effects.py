@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
 from bayestouch.effects import Effect, Setting
-from bayestouch.finger.calibration import layout, with_no_offset
+from bayestouch.finger.calibration import far_from_stated, layout, with_no_offset
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
 from bayestouch.finger.lacking import shear_modulus_from_prior
@@ -97,12 +97,13 @@ def calibration_with_effects(
         chain = draws_by_name(model.chain(fitted.vector), known, at, vectors)
         return {**chain, **_values_by_name(posterior, vectors)}
 
+    named = draws_by_name(model.chain(fitted.vector), known, at, vectors)
     return Calibration(
         sensor=sensor,
         parameters=(*priors.parameters(sensor.reading_unit, discrepancy=at.discrepancy), *own),
         mode=_mode(fit, fitted.vector, added),
         posterior={
-            **draws_by_name(model.chain(fitted.vector), known, at, vectors),
+            **named,
             **_effect_draws(posterior, added, vectors, np.random.default_rng([seed, 2])),
         },
         covariance=np.cov(linear_vectors(at, model.sign, every).T),
@@ -121,7 +122,12 @@ def calibration_with_effects(
         },
         statistics={**fit_statistics(fitted, rows, spread), **grades},
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
-        notes=(*with_no_offset(notes), *from_prior, *targets_missed(grades, draws)),
+        notes=(
+            *with_no_offset(notes),
+            *from_prior,
+            *far_from_stated(priors, sensor, named),
+            *targets_missed(grades, draws),
+        ),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_with_effects(fit, vectors, groups, seed, in_vectors),

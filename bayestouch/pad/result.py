@@ -15,6 +15,7 @@ from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.shared_errors import with_shared_errors
 from bayestouch.pad.table import tabulate
+from bayestouch.priors.far_from_priors import far_from_priors
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
@@ -48,9 +49,12 @@ def pad_calibration_of(
         notes.append(ONE_LOAD)
     if map_ is None:
         map_ = with_shared_errors(tabulate(model), model, problem.priors.of(model.kernel))
+    parameters = problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit)
+    nominal = {f"{axis}_s": column for axis, column in zip(COORDINATES, problem.priors.position.T, strict=False)}
+    notes += far_from_priors(parameters, posterior.draws, nominal)
     made = Calibration(
         sensor=sensor,
-        parameters=problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit),
+        parameters=parameters,
         mode=posterior.mode,
         posterior=posterior.draws,
         covariance=posterior.covariance,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.finger import Finger
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior
 
 # By chance a parameter is so many standard deviations of its prior from the centre once in 16,000 fingers.
@@ -15,7 +15,7 @@ FAR_SD = 4.0
 
 
 def far_from_priors(
-    parameters: Sequence[Parameter], posterior: Mapping[str, FloatArray], finger: Finger
+    parameters: Sequence[Parameter], posterior: Mapping[str, FloatArray], nominal: Mapping[str, ArrayLike]
 ) -> Iterator[str]:
     """Yield a line for each parameter with a posterior mean more than `FAR_SD` from its prior: the farthest element.
 
@@ -26,16 +26,15 @@ def far_from_priors(
         are those without a normal or log-normal prior.
     posterior : mapping of str to array
         Draws (chains, draws) or (chains, draws, m) in the units of the parameters.
-    finger : Finger
-        The finger, with the nominal angles from which the prior of ``theta_s`` departs.
+    nominal : mapping of str to (m,) array_like
+        Nominal values of the parameters whose priors are of the difference from them: angles or places of the elements.
     """
     for parameter in parameters:
-        angles = parameter.name == "theta_s"
-        if parameter.name not in posterior or (parameter.relative and not angles):
+        if parameter.name not in posterior or (parameter.relative and parameter.name not in nominal):
             continue
         found = np.atleast_1d(np.asarray(posterior[parameter.name]).mean(axis=(0, 1)))
-        nominal = np.asarray(finger.element_angles_deg) if angles else np.zeros(len(found))
-        centre, away = _away(parameter.prior, found - nominal)
+        place = np.broadcast_to(np.asarray(nominal.get(parameter.name, 0.0), dtype=float), found.shape)
+        centre, away = _away(parameter.prior, found - place)
         far = int(away.argmax())
         if not away[far] > FAR_SD:
             continue
@@ -45,7 +44,7 @@ def far_from_priors(
         more = f" ({many} elements are more than {FAR_SD:g} away)" if many > 1 else ""
         yield (
             f"{parameter.name}{of}: {found[far]:.3g}{unit} was found, {away[far]:.0f} standard deviations of its prior "
-            f"from {centre + nominal[far]:.3g}{unit}, the centre of the prior{more}: is a value or a unit wrong in "
+            f"from {centre + place[far]:.3g}{unit}, the centre of the prior{more}: is a value or a unit wrong in "
             "sensor.toml, or a column of the tables?"
         )
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayestouch.data.finger import Finger
-from bayestouch.finger.far_from_priors import far_from_priors
+from bayestouch.priors.far_from_priors import far_from_priors
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Uniform
 
-FINGER = Finger(8.0, 11.5, 8.6, element_angles_deg=(-12.0, 0.0, 12.0))
+NOMINAL = {"theta_s": (-12.0, 0.0, 12.0), "x_s": (0.0, 6.0, 12.0)}
 QUESTION = "is a value or a unit wrong in sensor.toml, or a column of the tables?"
 
 
 def said(parameter: Parameter, *means: float) -> list[str]:
     """Notes on draws with these means, of one value or of each element."""
     draws = np.array(means)[None, None] * np.array([0.9, 1.1])[None, :, None]
-    return list(far_from_priors([parameter], {parameter.name: draws if len(means) > 1 else draws[..., 0]}, FINGER))
+    return list(far_from_priors([parameter], {parameter.name: draws if len(means) > 1 else draws[..., 0]}, NOMINAL))
 
 
 def test_a_modulus_in_another_unit() -> None:
@@ -48,4 +47,4 @@ def test_what_has_no_stated_value() -> None:
     """Priors in units of the data, and those without a standard deviation that excludes anything."""
     assert not said(Parameter("response", "", "", "", LogNormal(1.0, 1.0), relative=True), 1e5, 2e5)
     assert not said(Parameter("sigma", "", "", "", Uniform(0.0, 0.5)), 0.49)
-    assert not list(far_from_priors([Parameter("mu", "", "", "", LogNormal(1.0, 0.1))], {}, FINGER))
+    assert not list(far_from_priors([Parameter("mu", "", "", "", LogNormal(1.0, 0.1))], {}, NOMINAL))
