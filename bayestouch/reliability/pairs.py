@@ -63,7 +63,7 @@ def right_shares(
     touches = [Touches.of(known, np.full(len(angle), radius), angle, samples, use_load) for radius in radius_mm]
     for i in range(k):
         for j in range(i):
-            for place in np.flatnonzero(disagrees(touches[i], touches[j], expected[:, i, j])):
+            for place in np.flatnonzero(disagrees(touches[i], touches[j], expected[:, i, j])).tolist():
                 both = touches[i].select(place), touches[j].select(place)
                 out[place, i, j] = out[place, j, i] = right_share(*both)
     return out
@@ -97,7 +97,7 @@ def thresholds(
         return out
     first = Touches.of(known, np.full(len(some), start), angle[some], samples, use_load)
     second = Touches.of(known, radius, angle[some], samples, use_load)
-    for place in np.flatnonzero(disagrees(first, second, np.full(len(some), probability))):
+    for place in np.flatnonzero(disagrees(first, second, np.full(len(some), probability))).tolist():
         one, found = first.select(place), float(radius[place])
 
         def enough(radius: float, one: Touches = one) -> bool:

@@ -101,7 +101,7 @@ class RadiusOverModulus:
         density = np.exp(self._log_density)
         between = 0.5 * (density[1:] + density[:-1]) * np.diff(knots)
         below = np.cumsum(np.append(density[0] * knots[0], between))
-        return np.interp(np.asarray(probability) * below[-1], np.append(0.0, below), np.append(0.0, knots))
+        return np.asarray(np.interp(np.asarray(probability) * below[-1], np.append(0.0, below), np.append(0.0, knots)))
 
     def radius(self, over_modulus_mm: FloatArray) -> FloatArray:
         """R in mm for draws of R', (chain, draw, t).
@@ -115,14 +115,14 @@ class RadiusOverModulus:
         s, u = row - i, column - j
         left = table[i, j] + s * (table[i + 1, j] - table[i, j])
         right = table[i, j + 1] + s * (table[i + 1, j + 1] - table[i, j + 1])
-        return np.clip(over_modulus_mm * np.exp(left + u * (right - left)), *self.of_radius.support)
+        return np.asarray(np.clip(over_modulus_mm * np.exp(left + u * (right - left)), *self.of_radius.support))
 
     def radii(self, over_modulus_mm: FloatArray) -> FloatArray:
         """R in mm at the `SCORES` of its distribution given R' (g,), (g, 57)."""
         i, row = self._place(over_modulus_mm)
         lower, upper = self._log_ratio_given[i], self._log_ratio_given[i + 1]
         ratio = np.exp(lower + (row - i)[:, None] * (upper - lower))
-        return np.clip(over_modulus_mm[:, None] * ratio, *self.of_radius.support)
+        return np.asarray(np.clip(over_modulus_mm[:, None] * ratio, *self.of_radius.support))
 
     def _place(self, over_modulus_mm: FloatArray) -> tuple[IntArray, FloatArray]:
         """Number of the knot below R' (...), and place among the knots."""
