@@ -60,7 +60,9 @@ def right_shares(
         As in `touch_information`.
     """
     k, out = len(radius_mm), expected.copy()
-    touches = [Touches.of(known, np.full(len(angle), radius), angle, samples, use_load) for radius in radius_mm]
+    touches = [
+        NoiselessTouches.of(known, np.full(len(angle), radius), angle, samples, use_load) for radius in radius_mm
+    ]
     for i in range(k):
         for j in range(i):
             for place in np.flatnonzero(disagrees(touches[i], touches[j], expected[:, i, j])).tolist():
@@ -95,13 +97,13 @@ def thresholds(
     start, radius = (composite_radius(r_c, outer) for r_c in (from_r_c, expected[some]))
     if not len(some):
         return out
-    first = Touches.of(known, np.full(len(some), start), angle[some], samples, use_load)
-    second = Touches.of(known, radius, angle[some], samples, use_load)
+    first = NoiselessTouches.of(known, np.full(len(some), start), angle[some], samples, use_load)
+    second = NoiselessTouches.of(known, radius, angle[some], samples, use_load)
     for place in np.flatnonzero(disagrees(first, second, np.full(len(some), probability))).tolist():
         one, found = first.select(place), float(radius[place])
 
-        def enough(radius: float, one: Touches = one) -> bool:
-            other = Touches.of(known, np.array([radius]), one.angle, samples, use_load)
+        def enough(radius: float, one: NoiselessTouches = one) -> bool:
+            other = NoiselessTouches.of(known, np.array([radius]), one.angle, samples, use_load)
             return right_share(one, other) >= probability
 
         low, high = float(start), found
@@ -119,7 +121,7 @@ def thresholds(
 
 
 @dataclass(frozen=True, eq=False)
-class Touches:
+class NoiselessTouches:
     """Touches without noise, and what is needed to compare others with them; t touches.
 
     Attributes
@@ -144,20 +146,22 @@ class Touches:
     load_sd: float
 
     @classmethod
-    def of(cls, known: KnownFinger, radius_mm: FloatArray, angle: FloatArray, samples: int, use_load: bool) -> Touches:
+    def of(
+        cls, known: KnownFinger, radius_mm: FloatArray, angle: FloatArray, samples: int, use_load: bool
+    ) -> NoiselessTouches:
         """Touches of composite radii R (t,), mm, at locations (t,), rad."""
         places = TouchPlaces(radius_mm, angle, np.full(len(angle), known.typical_load))
         whitener = np.linalg.inv(np.linalg.cholesky(known.covariance(places, samples)))
         return cls(known, radius_mm, angle, known.predict(places), whitener, known.load_sd(samples, use_load))
 
-    def select(self, touch: int) -> Touches:
+    def select(self, touch: int) -> NoiselessTouches:
         """One of the touches."""
         one = slice(touch, touch + 1)
-        return Touches(
+        return NoiselessTouches(
             self.known, self.radius_mm[one], self.angle[one], self.readings[one], self.whitener[one], self.load_sd
         )
 
-    def like(self, radius_mm: FloatArray, angle: FloatArray, steps: int = LOAD_STEPS) -> Alike:
+    def like(self, radius_mm: FloatArray, angle: FloatArray, steps: int = LOAD_STEPS) -> NearestTouches:
         """Touches of other composite radii (t,), mm, at locations (t, g), rad, that read most like these."""
         known, radius = self.known, np.repeat(radius_mm, angle.shape[1])
         load = np.full(angle.shape, known.typical_load)
@@ -173,9 +177,9 @@ class Touches:
         for _ in range(steps):
             load = np.clip(load - (slope * here).sum(axis=-1) / information, 0.1 * load, known.largest_load)
             here = rest(load)
-        return Alike(angle, here, slope)
+        return NearestTouches(angle, here, slope)
 
-    def fine(self, radius_mm: FloatArray) -> Alike:
+    def fine(self, radius_mm: FloatArray) -> NearestTouches:
         """Touches of composite radius R (1,), mm, on even locations about those that read like this one touch."""
         angle = self.angle[:, None] + OFFSETS
         for _ in range(FINER):
@@ -187,7 +191,7 @@ class Touches:
 
 
 @dataclass(frozen=True, eq=False)
-class Alike:
+class NearestTouches:
     """Touches that read most like t given ones, at g locations for each.
 
     Attributes
@@ -223,13 +227,13 @@ class Alike:
         return np.asarray(np.log(np.exp(log - top[:, None]).sum(axis=1)) + top + np.log(step))
 
 
-def disagrees(first: Touches, second: Touches, expected: FloatArray) -> BoolArray:
+def disagrees(first: NoiselessTouches, second: NoiselessTouches, expected: FloatArray) -> BoolArray:
     """Whether shares by the scale (t,) differ from those by the shortest distance of the readings, (t,)."""
     by_distance = 0.5 * (_by_distance(first, second.radius_mm) + _by_distance(second, first.radius_mm))
     return np.asarray(np.abs(by_distance - expected) > ACCEPTED)
 
 
-def _by_distance(touches: Touches, radius_mm: FloatArray) -> FloatArray:
+def _by_distance(touches: NoiselessTouches, radius_mm: FloatArray) -> FloatArray:
     """Share of touches that are named rightly if readings of the other radii (t,) are linear where they are nearest."""
     square = touches.like(radius_mm, touches.angle[:, None] + OFFSETS, steps=1).square
     k = np.clip(square.argmin(axis=1), 1, NODES - 2)
@@ -243,7 +247,7 @@ def _by_distance(touches: Touches, radius_mm: FloatArray) -> FloatArray:
     return np.asarray(ndtr(0.5 * np.sqrt(np.maximum(least, 0.0))))
 
 
-def right_share(first: Touches, second: Touches) -> float:
+def right_share(first: NoiselessTouches, second: NoiselessTouches) -> float:
     """Share of touches for which the right one of two is named, with even prior odds; one touch each."""
     total = 0.0
     for true, other in ((first, second), (second, first)):
@@ -253,7 +257,7 @@ def right_share(first: Touches, second: Touches) -> float:
     return 0.5 * total
 
 
-def _noise(*found: Alike) -> FloatArray:
+def _noise(*found: NearestTouches) -> FloatArray:
     """Noise of many touches, (n, q): evenly spread, in the directions in which readings differ most."""
     rows = []
     for each in found:

@@ -136,7 +136,7 @@ class RadiusOverModulus:
     def _log_knots(self) -> FloatArray:
         """Logarithms of the knots in R', (k,)."""
         high = self.support[1]
-        return np.log(high) + np.linspace(np.log(FIRST), 0.0, int(-np.log(FIRST) / SPACING) + 1)
+        return np.asarray(np.log(high) + np.linspace(np.log(FIRST), 0.0, int(-np.log(FIRST) / SPACING) + 1))
 
     @cached_property
     def _log_weight(self) -> FloatArray:
