@@ -49,6 +49,11 @@ FINER = (
     "vary, not in proportion to the load"
 )
 NO_FINER = "the diagnosis found a correction: the empirical map already has what a finer one would add"
+# Note on the noise of first samples. The scatter of all samples of a touch that creeps does not measure it.
+FIRST_WITHOUT_NOISE = (
+    "readings creep, so touches are read by their first sample: effects of the noise, which were fitted to all "
+    "samples, are not used in reading"
+)
 
 
 def pad_calibration(
@@ -115,6 +120,8 @@ def pad_calibration(
     samples, _ = choose_samples(table.select(training))
     as_read = table
     relative_slope: OfLoads | None = None
+    if samples == "first" and effects.by_effects is not None:
+        effects, notes = replace(effects, by_effects=None), (*notes, FIRST_WITHOUT_NOISE)
     if added:
         table = effects.without_wrong(effects.corrected(as_read, clock))
         sensor, assumed = _with_acting_noise(sensor, as_read.select(training), effects)
