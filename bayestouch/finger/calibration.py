@@ -25,10 +25,11 @@ from bayestouch.finger.place.fit import AUTO, DISCREPANCY_SETTING, NO_DISCREPANC
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
-from bayestouch.finger.requested import groups_without_effects
+from bayestouch.finger.requested import FitGroups
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.finger.start import base_fit
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.requested import groups_of_draws
 from bayestouch.model.rest_errors import rest_errors
 from bayestouch.model.split_data import CORRECTED_REST, SplitData
 from bayestouch.output.progress import Progress
@@ -255,7 +256,7 @@ def finger_calibration(
         ),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
-            **groups_without_effects(fit, vectors, groups, seed),
+            **groups_of_draws(FitGroups(fit), vectors, groups, seed),
         },
     )
 

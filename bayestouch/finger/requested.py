@@ -1,9 +1,10 @@
-"""Groups of the ArviZ schema that are written on request, for calibrations of fingers without effects."""
+"""Fits of fingers for the groups of the ArviZ schema that are written on request."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,67 +18,93 @@ from bayestouch.finger.fit_with_effects import EffectFit
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.noise import Precisions
 from bayestouch.finger.public import public_draws
-from bayestouch.results.schema import Requested, of_readings
+from bayestouch.model.requested import groups_of_draws
+from bayestouch.results.schema import Requested
 from bayestouch.sampling.rank_one import shared_error
 
 
-def groups_without_effects(
-    fit: FingerFit,
-    vectors: FloatArray,
-    groups: Sequence[str],
-    seed: int,
-) -> Requested:
-    """Groups of a calibration, among those of `bayestouch.results.schema.GROUPS`.
+@dataclass(frozen=True, eq=False)
+class FitGroups:
+    """A fit of a finger without effects as a `bayestouch.model.requested.PosteriorOfTouches`."""
 
-    ``log_likelihood`` has ``whole_touch`` (chain, draw, t), the log density of the mean readings of each touch.
-    ``log_prior`` has the log prior density of each parameter, by its name in `bayestouch.calibrate`. Predictions have
-    ``reading`` (chain, draw, t, m).
+    fit: FingerFit
 
-    Parameters
+    @cached_property
+    def density(self) -> FingerDensity:
+        """Posterior density of the fit."""
+        return FingerDensity.of(self.fit)
+
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        return self.density.touch_log_likelihood(vectors)
+
+    def log_priors(self, vectors: FloatArray) -> dict[str, FloatArray]:
+        """See `PosteriorOfTouches`."""
+        likelihood = self.fit.likelihood
+        return _by_name(_log_densities(likelihood.prior, vectors), likelihood.layout)
+
+    def prior_draws(self, n: int, rng: np.random.Generator) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        return _prior_draws(self.fit.likelihood.prior, n, rng)
+
+    def named(self, vectors: FloatArray) -> dict[str, FloatArray]:
+        """See `PosteriorOfTouches`."""
+        return public_draws(self.fit, vectors)
+
+    def replicated(self, vectors: FloatArray, rng: np.random.Generator, *, from_prior: bool) -> FloatArray:
+        """See `PosteriorOfTouches`; computed in parts that fit into memory."""
+        density, likelihood = self.density, self.fit.likelihood
+        if from_prior:
+            vectors, density = _within_reach(self.fit, vectors), FingerDensity(likelihood, likelihood.series)
+        held = max(1, NUMBERS_HELD // likelihood.missing.size)
+        parts = (vectors[first : first + held] for first in range(0, len(vectors), held))
+        return np.concatenate([density.replicated(part, rng, from_prior=from_prior) for part in parts])
+
+
+@dataclass(frozen=True, eq=False)
+class EffectFitGroups:
+    """A fit of a finger with effects as a `bayestouch.model.requested.PosteriorOfTouches`.
+
+    Readings are simulated without outliers, as the readings that are probably wrong are left out of those of the
+    calibration.
+
+    Attributes
     ----------
-    fit : FingerFit
+    fit : EffectFit
         The fit.
-    vectors : (chain, draw, d) array
-        Draws of the flat vector.
-    groups : sequence of str
-        Names of the groups.
-    seed : int
-        Seed of the run.
+    by_name : callable
+        See `PosteriorOfTouches.named`.
     """
-    if not groups:
-        return {}
-    density, likelihood = FingerDensity.of(fit), fit.likelihood
-    flat, shape = vectors.reshape(-1, vectors.shape[-1]), vectors.shape[:2]
-    out: Requested = {}
-    if "log_likelihood" in groups:
-        out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
-    if "log_prior" in groups:
-        prior = _by_name(_log_densities(likelihood.prior, flat), likelihood.layout)
-        out["log_prior"] = {name: a.reshape(*shape, *a.shape[1:]) for name, a in prior.items()}
-    if "posterior_predictive" in groups:
-        again = _in_parts(density.replicated, flat, np.random.default_rng([seed, 6]), likelihood.missing.size)
-        out["posterior_predictive"] = {"reading": of_readings(again, shape)}
-    if {"prior", "prior_predictive"} & set(groups):
-        rng = np.random.default_rng([seed, 7])
-        drawn = _prior_draws(likelihood.prior, len(flat), rng)
-        if "prior" in groups:
-            out["prior"] = public_draws(fit, drawn.reshape(vectors.shape))
-        if "prior_predictive" in groups:
-            replicated = partial(FingerDensity(likelihood, likelihood.series).replicated, from_prior=True)
-            again = _in_parts(replicated, _within_reach(fit, drawn), rng, likelihood.missing.size)
-            out["prior_predictive"] = {"reading": of_readings(again, shape)}
-    return out
 
+    fit: EffectFit
+    by_name: Callable[[FloatArray], dict[str, FloatArray]]
 
-def _in_parts(
-    replicated: Callable[[FloatArray, np.random.Generator], FloatArray],
-    vectors: FloatArray,
-    rng: np.random.Generator,
-    size: int,
-) -> FloatArray:
-    """Simulated readings (n, t, m) for vectors (n, d), computed in parts that fit into memory; `size` is t times m."""
-    held = max(1, NUMBERS_HELD // size)
-    return np.concatenate([replicated(vectors[first : first + held], rng) for first in range(0, len(vectors), held)])
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        return self.fit.density.touch_log_likelihood(vectors)
+
+    def log_priors(self, vectors: FloatArray) -> dict[str, FloatArray]:
+        """See `PosteriorOfTouches`."""
+        posterior = self.fit.posterior
+        logs, at = _log_densities(posterior.prior, vectors), posterior.layout
+        named = [(effect.name, p.name) for effect in posterior.model.effects for p in effect.parameters]
+        named += [(drift.name, p.name) for drift, _ in posterior.drifts for p in drift.parameters[:2]]
+        named += [(effect.name, p.name) for effect in posterior.effects for p in effect.parameters]
+        places = [*range(at.n_base, at.n_chain), *range(at.further.start, at.size)]
+        own = {f"{effect}_{name}": logs[:, i] for (effect, name), i in zip(named, places, strict=True)}
+        return {**_by_name(logs, at), **own}
+
+    def prior_draws(self, n: int, rng: np.random.Generator) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        return _prior_draws(self.fit.posterior.prior, n, rng)
+
+    def named(self, vectors: FloatArray) -> dict[str, FloatArray]:
+        """See `PosteriorOfTouches`."""
+        return self.by_name(vectors)
+
+    def replicated(self, vectors: FloatArray, rng: np.random.Generator, *, from_prior: bool) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        return _replicated(self.fit.posterior, vectors, rng, from_prior=from_prior)
 
 
 def groups_with_effects(
@@ -87,10 +114,7 @@ def groups_with_effects(
     seed: int,
     by_name: Callable[[FloatArray], dict[str, FloatArray]],
 ) -> Requested:
-    """Groups of a calibration with effects, as of `groups_without_effects`.
-
-    `by_name` gives the values of all parameters that are in vectors (chain, draw, d). Readings are simulated without
-    outliers, as the readings that are probably wrong are left out of those of the calibration.
+    """Groups of a calibration with effects, as of `groups_of_draws`; `by_name` as in `EffectFitGroups`.
 
     Raises
     ------
@@ -98,39 +122,11 @@ def groups_with_effects(
         If likelihoods or predictions are asked for, and the touches are not independent given the parameters (drifts,
         corrections).
     """
-    if not groups:
-        return {}
-    density, posterior = fit.density, fit.posterior
-    if density.tied and set(groups) - {"log_prior", "prior"}:
+    if set(groups) - {"log_prior", "prior"} and fit.density.tied:
         raise InputError(
             "groups: drifts and corrections tie the touches together: they have log_prior and prior, no others"
         )
-    flat, shape = vectors.reshape(-1, vectors.shape[-1]), vectors.shape[:2]
-    out: Requested = {}
-    if "log_likelihood" in groups:
-        out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
-    if "posterior_predictive" in groups:
-        again = _replicated(posterior, flat, np.random.default_rng([seed, 6]), from_prior=False)
-        out["posterior_predictive"] = {"reading": of_readings(again, shape)}
-    if {"prior", "prior_predictive"} & set(groups):
-        rng = np.random.default_rng([seed, 7])
-        drawn = _prior_draws(posterior.prior, len(flat), rng)
-        if "prior" in groups:
-            out["prior"] = by_name(drawn.reshape(vectors.shape))
-        if "prior_predictive" in groups:
-            out["prior_predictive"] = {
-                "reading": of_readings(_replicated(posterior, drawn, rng, from_prior=True), shape)
-            }
-    if "log_prior" in groups:
-        logs, at = _log_densities(posterior.prior, flat), posterior.layout
-        named = [(effect.name, p.name) for effect in posterior.model.effects for p in effect.parameters]
-        named += [(drift.name, p.name) for drift, _ in posterior.drifts for p in drift.parameters[:2]]
-        named += [(effect.name, p.name) for effect in posterior.effects for p in effect.parameters]
-        places = [*range(at.n_base, at.n_chain), *range(at.further.start, at.size)]
-        own = {f"{effect}_{name}": logs[:, i] for (effect, name), i in zip(named, places, strict=True)}
-        prior = {**_by_name(logs, at), **own}
-        out["log_prior"] = {name: a.reshape(*shape, *a.shape[1:]) for name, a in prior.items()}
-    return out
+    return groups_of_draws(EffectFitGroups(fit, by_name), vectors, groups, seed)
 
 
 def _replicated(

@@ -9,9 +9,10 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.model.added import AddedEffect
+from bayestouch.model.requested import groups_of_draws
 from bayestouch.output.progress import Progress
 from bayestouch.pad.density import PadDensity
-from bayestouch.pad.requested import by_name, groups_of_pad
+from bayestouch.pad.requested import PadGroups, by_name
 from bayestouch.pad.sampling import sample_density
 from bayestouch.results.schema import LOG_DENSITY
 
@@ -95,6 +96,6 @@ class PadPosterior:
             },
             groups={
                 "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
-                **groups_of_pad(density, drawn.draws[:, :, 0], groups, seed),
+                **groups_of_draws(PadGroups(density), drawn.draws[:, :, 0], groups, seed),
             },
         )

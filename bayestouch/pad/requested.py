@@ -1,8 +1,8 @@
-"""Groups of the ArviZ schema that are written on request, for calibrations of pads."""
+"""Fits of pads for the groups of the ArviZ schema that are written on request."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -10,51 +10,48 @@ from scipy.linalg import solve_triangular
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.pad.density import NUMBERS_HELD, PadDensity
-from bayestouch.results.schema import Requested, of_readings
 
 #: Groups of simulated readings.
 PREDICTED = frozenset({"prior_predictive", "posterior_predictive"})
 
 
-def groups_of_pad(density: PadDensity, vectors: FloatArray, groups: Sequence[str], seed: int) -> Requested:
-    """Groups of a calibration, among those of `bayestouch.results.schema.GROUPS`.
+@dataclass(frozen=True, eq=False)
+class PadGroups:
+    """A pad as a `bayestouch.model.requested.PosteriorOfTouches`.
 
-    ``log_likelihood`` has ``whole_touch`` (chain, draw, t), the log density of the mean readings of each touch. With an
-    empirical map it is that given all other touches. ``log_prior`` has the log prior density of each parameter.
-    Predictions have ``reading`` (chain, draw, t, m).
+    With an empirical map, the likelihood of a touch is that given all other touches.
 
-    Parameters
+    Attributes
     ----------
     density : PadDensity
-        Posterior density; without effects if `PREDICTED` groups are among the groups.
-    vectors : (chain, draw, d) array
-        Draws.
-    groups : sequence of str
-        Names of the groups.
-    seed : int
-        Seed of the run.
+        Posterior density; without effects if `PREDICTED` groups are asked for.
     """
-    flat, shape = vectors.reshape(-1, vectors.shape[-1]), vectors.shape[:2]
-    out: Requested = {}
-    if "log_likelihood" in groups:
-        out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
-    if "log_prior" in groups:
-        columns = np.moveaxis(density.values(vectors), -1, 0)
-        logs = [prior.log_density(column) for prior, column in zip(density.priors, columns, strict=True)]
-        out["log_prior"] = by_name(density, np.stack(logs, axis=-1))
-    if "posterior_predictive" in groups:
-        again = replicated(density, flat, np.random.default_rng([seed, 6]), learned=True)
-        out["posterior_predictive"] = {"reading": of_readings(again, shape)}
-    if {"prior", "prior_predictive"} & set(groups):
-        rng = np.random.default_rng([seed, 7])
-        values = np.stack([prior.quantile(rng.random(len(flat))) for prior in density.priors], axis=-1)
-        if "prior" in groups:
-            out["prior"] = by_name(density, values.reshape(vectors.shape))
-        if "prior_predictive" in groups:
-            drawn = np.where(density.logarithmic, np.log(np.where(density.logarithmic, values, 1.0)), values)
-            again = replicated(density, drawn, rng, learned=False)
-            out["prior_predictive"] = {"reading": of_readings(again, shape)}
-    return out
+
+    density: PadDensity
+
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        return self.density.touch_log_likelihood(vectors)
+
+    def log_priors(self, vectors: FloatArray) -> dict[str, FloatArray]:
+        """See `PosteriorOfTouches`."""
+        columns = np.moveaxis(self.density.values(vectors), -1, 0)
+        logs = [prior.log_density(column) for prior, column in zip(self.density.priors, columns, strict=True)]
+        return by_name(self.density, np.stack(logs, axis=-1))
+
+    def prior_draws(self, n: int, rng: np.random.Generator) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        logarithmic = self.density.logarithmic
+        values = np.stack([prior.quantile(rng.random(n)) for prior in self.density.priors], axis=-1)
+        return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
+
+    def named(self, vectors: FloatArray) -> dict[str, FloatArray]:
+        """See `PosteriorOfTouches`."""
+        return by_name(self.density, self.density.values(vectors))
+
+    def replicated(self, vectors: FloatArray, rng: np.random.Generator, *, from_prior: bool) -> FloatArray:
+        """See `PosteriorOfTouches`."""
+        return replicated(self.density, vectors, rng, learned=not from_prior)
 
 
 def replicated(density: PadDensity, vectors: FloatArray, rng: np.random.Generator, *, learned: bool) -> FloatArray:
