@@ -16,7 +16,12 @@ from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.finger.place.touches import ErrorsWithPlaces
 from bayestouch.parallel.parts import of_parts
-from bayestouch.sampling.rank_one import AlongError, log_density_with_shared_error, shared_error
+from bayestouch.sampling.rank_one import (
+    AlongError,
+    log_density_with_shared_error,
+    log_density_with_shared_errors,
+    shared_error,
+)
 
 # Largest number of values in an array (vectors, touches, elements): half a megabyte, which fits into the cache.
 NUMBERS_HELD = 1 << 16
@@ -100,12 +105,9 @@ class FingerDensity:
             weight, shared = spread.weight, slope * spread.load_sd[..., None]
             left = np.where(missing, 0.0, known.readings) - predicted
             left = left - self._drawn_functions(left, weight, rng)
-            length2 = (weight * shared**2).sum(axis=-1)
-            along = (weight * left * shared).sum(axis=-1)
-            distance = (weight * left**2).sum(axis=-1) - along**2 / (1 + length2)
             volume = np.where(missing, 0.0, np.log(2 * np.pi / np.where(missing, 1.0, weight))).sum(axis=-1)
             prior = log_prior_of_loads(AlongError.of(left, slope, weight), predicted, spread.load_sd)
-            out[part] = -0.5 * (distance + volume + np.log1p(length2)) + prior
+            out[part] = log_density_with_shared_errors(left, shared[None], weight) - 0.5 * volume + prior
         return out
 
     def replicated(self, vectors: FloatArray, rng: np.random.Generator, *, from_prior: bool = False) -> FloatArray:
