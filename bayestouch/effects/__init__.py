@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bayestouch.effects.catalogue import catalogue, effect_classes
-from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters, places_of_values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
 from bayestouch.effects.stated import StatedModel, read_model
@@ -20,5 +20,6 @@ __all__ = [
     "catalogue",
     "effect_classes",
     "own_parameters",
+    "places_of_values",
     "read_model",
 ]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import accumulate, pairwise, product
 from typing import Any, ClassVar, Literal, Self, cast
 
 import numpy as np
@@ -336,6 +336,12 @@ class Shift(Effect):
 
     def pose(self, recording: Recording, values: Values) -> Recording:
         return self.of.shifted(recording, self.by)
+
+
+def places_of_values(effects: Sequence[Effect], first: int = 0) -> tuple[slice, ...]:
+    """Where the values of each effect are in a vector that holds them one effect after the other, from `first` on."""
+    ends = list(accumulate((len(effect.parameters) for effect in effects), initial=first))
+    return tuple(slice(start, stop) for start, stop in pairwise(ends))
 
 
 #: How the names of the parameters of elements begin.

@@ -240,15 +240,14 @@ def _signal(model: FingerModel, vector: FloatArray, load: FloatArray | None = No
 
 def _moved(model: FingerModel, levels: tuple[Levels, ...]) -> tuple[IntArray, ...]:
     """Positions of the values of effects that change the pose or the finger, without those of the levels."""
-    place, out = model.n_base, list[IntArray]()
+    out = list[IntArray]()
     on_levels = {int(position) for each in levels for position in each.places}
-    for effect in model.effects:
+    for effect, place in zip(model.effects, model.value_places, strict=True):
         if effect.changes_pose or effect.changes_finger:
-            own = [i for i, each in enumerate(effect.parameters, place) if each.of_element]
-            shared = sorted({*range(place, place + len(effect.parameters))}.difference(own, on_levels))
+            own = [i for i, each in enumerate(effect.parameters, place.start) if each.of_element]
+            shared = sorted({*range(place.start, place.stop)}.difference(own, on_levels))
             out += [np.array([i]) for i in shared]
             out += [np.array(own)] if own else []
-        place += len(effect.parameters)
     return tuple(out)
 
 

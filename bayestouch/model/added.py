@@ -41,14 +41,12 @@ class AddedEffect:
 def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
     """Effects of a fit with values and sd: effects of the chain, then drifts, then the given noise effects."""
     model, covariance = fitted.model, fitted.linear.covariance()
-    out, place = [], model.n_base
-    for effect, values in zip(model.effects, model.values(fitted.vector), strict=True):
-        rows = np.arange(place, place + len(values))
-        spread = np.sqrt(np.diag(covariance)[rows])
+    sd_of_all, out = np.sqrt(np.diag(covariance)), []
+    for effect, values, place in zip(model.effects, model.values(fitted.vector), model.value_places, strict=True):
+        spread = sd_of_all[place]
         # The sd of a logarithm times the value is the sd of the value.
         sd = [s * v if p.logarithmic else s for s, v, p in zip(spread, values, effect.parameters, strict=True)]
         out.append(AddedEffect(effect, values, tuple(map(float, sd))))
-        place += len(values)
     for drift, values in fitted.drifts:
         out.append(AddedEffect(drift, values, tuple(float("nan") for _ in values)))
     return out + [AddedEffect(*each) for each in noise_effects]

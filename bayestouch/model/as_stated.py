@@ -29,7 +29,9 @@ def at_stated_references(fitted: Fitted) -> Fitted:
     kept = [not moves_reference(effect, model.reference_stages) for effect in model.effects]
     if all(kept):
         return fitted
-    counts = [model.n_base, *(len(effect.parameters) for effect in model.effects)]
     effects = tuple(effect for effect, keep in zip(model.effects, kept, strict=True) if keep)
-    vector = fitted.vector[np.repeat([True, *kept], counts)]
+    left = np.ones(len(fitted.vector), dtype=bool)
+    for place, keep in zip(model.value_places, kept, strict=True):
+        left[place] = keep
+    vector = fitted.vector[left]
     return replace(fitted, model=model.with_effects(effects), vector=vector)

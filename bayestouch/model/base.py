@@ -12,7 +12,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
-from bayestouch.effects.effect import STAGES, Effect, Shift, Values
+from bayestouch.effects.effect import STAGES, Effect, Shift, Values, places_of_values
 from bayestouch.model.noise import LoadNoise
 from bayestouch.model.observations import Observations, UntimedTouches
 
@@ -177,13 +177,16 @@ class SensorModel(ABC):
 
     def values(self, vector: FloatArray) -> tuple[Values, ...]:
         """Values of each effect in a vector, which holds the logarithm of values with a log-normal prior."""
-        out, place = [], self.n_base
-        for effect in self.effects:
-            count = len(effect.parameters)
-            moved = zip(effect.parameters, vector[place : place + count], strict=True)
+        out = []
+        for effect, place in zip(self.effects, self.value_places, strict=True):
+            moved = zip(effect.parameters, vector[place], strict=True)
             out.append(tuple(parameter.from_unconstrained(float(v)) for parameter, v in moved))
-            place += count
         return tuple(out)
+
+    @property
+    def value_places(self) -> tuple[slice, ...]:
+        """Where the values of each effect are in the vector."""
+        return places_of_values(self.effects, self.n_base)
 
     def extended(self, vector: FloatArray, values: Values) -> FloatArray:
         """The vector of a model without its last effect, extended by values for that effect."""
@@ -277,14 +280,13 @@ class SensorModel(ABC):
             than the signal. For the others, what acts before them is computed once.
         """
         begun = self._before_each(vector, recording)
-        out, place = list[Predicted](), self.n_base
-        for effect in self.effects:
-            ours = range(place, place + len(effect.parameters))
+        out = list[Predicted]()
+        for effect, place in zip(self.effects, self.value_places, strict=True):
+            ours = range(place.start, place.stop)
             changes_more = effect.changes_pose or effect.changes_finger
             from_here = at or self.predict if changes_more else partial(self._beginning, *begun[effect.name])
             slopes = self.of_basis(effect, vector) if at is None else None
             out += self._of_effect(effect, vector, ours, from_here) if slopes is None else slopes
-            place = ours.stop
         return out
 
     def _before_each(self, vector: FloatArray, recording: Recording) -> dict[str, tuple[int, Recording]]:

@@ -104,11 +104,9 @@ def _(
 def fit_without(effect: Effect, fitted: Fitted) -> Fitted:
     """The model fitted again without one effect of its chain or one drift, with the same whitening."""
     model, kept = fitted.model, np.ones(len(fitted.vector), dtype=bool)
-    place = model.n_base
-    for each in model.effects:
+    for each, place in zip(model.effects, model.value_places, strict=True):
         if each.name == effect.name:
-            kept[place : place + len(each.parameters)] = False
-        place += len(each.parameters)
+            kept[place] = False
     less = model.with_effects(tuple(each for each in model.effects if each.name != effect.name))
     return fit_from_both(less, fitted.vector[kept], fitted.noise, fitted.drifts, whitening=fitted.whitening)
 

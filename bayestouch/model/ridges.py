@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.effects.effect import Effect
+from bayestouch.effects.effect import Effect, places_of_values
 from bayestouch.sampling.ridge import Linearise, Ridge, Ridges, follow, product_ridge
 
 # A share of all elements and the excesses of the elements form a ridge if the share, given the excesses, is known to
@@ -58,9 +58,8 @@ def ridges_of(
         excess of each element. Readings determine the products, and the priors of the excesses the share.
     """
     found: list[Ridge] = []
-    for effect in effects:
-        at = np.arange(first, first + len(effect.parameters))
-        first += len(at)
+    for effect, place in zip(effects, places_of_values(effects, first), strict=True):
+        at = np.arange(place.start, place.stop)
         product = _product_ridge(effect, at, vector, covariance) if with_products else None
         if product is not None:
             found.append(product)

@@ -211,8 +211,7 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
         predicted = model.predict(fitted.vector).touches
         sd = np.sqrt(noise.own_variance(predicted).mean(axis=0) + noise.common_variance)
         effects = replace(effects, sd=sd, by_effects=NoiseByEffects(noise.added, model.peak, zero))
-    first = np.cumsum([model.n_base, *(len(effect.parameters) for effect in model.effects)])
-    rows_of = {e.name: np.arange(a, b) for e, a, b in zip(model.effects, first[:-1], first[1:], strict=True)}
+    rows_of = {e.name: np.r_[place] for e, place in zip(model.effects, model.value_places, strict=True)}
     rows = [rows_of[effect.name] for effect in effects.corrected_for]
     if not rows:
         return effects

@@ -19,7 +19,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import History, Recording
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
-from bayestouch.effects import Effect, Values
+from bayestouch.effects import Effect, Values, places_of_values
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
 from bayestouch.model.outliers import without_wrong
@@ -105,12 +105,10 @@ class PadEffects:
 
     def moved(self, cause: int, share: float) -> PadEffects:
         """The effects, their values moved by `share` standard deviations of the cause in column `cause` of `root`."""
-        values, first = dict(self.values), 0
-        for effect in self.corrected_for:
-            there = slice(first, first + len(effect.parameters))
+        values = dict(self.values)
+        for effect, there in zip(self.corrected_for, places_of_values(self.corrected_for), strict=True):
             moved = zip(effect.parameters, values[effect.name], share * self.root[there, cause], strict=True)
             values[effect.name] = tuple(p.from_unconstrained(p.to_unconstrained(v) + step) for p, v, step in moved)
-            first = there.stop
         return replace(self, values=values)
 
     @property
@@ -306,11 +304,8 @@ class PadEffects:
         if listed is None:
             return None
         flat = np.asarray(calibration.extra[EFFECT_VALUES], dtype=np.float64)
-        values, first = {}, 0
-        for effect in listed.effects:
-            count = len(effect.parameters)
-            values[effect.name] = tuple(map(float, flat[first : first + count]))
-            first += count
+        there = places_of_values(listed.effects)
+        values = {e.name: tuple(map(float, flat[at])) for e, at in zip(listed.effects, there, strict=True)}
         places = pad_of(calibration.sensor).places_mm.values()
         peak, zero = np.asarray(calibration.extra[EFFECT_PEAK]), np.asarray(calibration.extra[EFFECT_ZERO])
         apart = EFFECT_NOISE_SD in calibration.extra

@@ -34,7 +34,7 @@ def test_effects_in_the_order_in_which_they_were_added() -> None:
         return SimpleNamespace(name=name, parameters=(SimpleNamespace(logarithmic=False),))
 
     first, drift = effect("first"), effect("drift")
-    model = SimpleNamespace(effects=(first,), n_base=0, values=lambda vector: ((1.0,),))
+    model = SimpleNamespace(effects=(first,), value_places=(slice(0, 1),), values=lambda vector: ((1.0,),))
     fitted: Any = SimpleNamespace(
         model=model, vector=None, linear=SimpleNamespace(covariance=lambda: np.eye(1)), drifts=((drift, (2.0,)),)
     )

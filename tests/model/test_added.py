@@ -23,7 +23,8 @@ NOISE: Any = (effect("noise", False), (5.0,), (0.5,))
 
 def fitted(*values: tuple[float, ...]) -> Any:
     """Two base parameters, then the effects; variances 1, 4, 9, 16, 25."""
-    model = SimpleNamespace(n_base=2, effects=(FIRST, SECOND), values=lambda vector: values)
+    places = (slice(2, 3), slice(3, 5))
+    model = SimpleNamespace(effects=(FIRST, SECOND), value_places=places, values=lambda vector: values)
     linear = SimpleNamespace(covariance=lambda: np.diag([1.0, 4.0, 9.0, 16.0, 25.0]))
     return SimpleNamespace(model=model, vector=None, linear=linear, drifts=((DRIFT, (0.1,)),))
 

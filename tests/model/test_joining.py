@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayestouch.effects import NoiseEffect
+from bayestouch.effects import NoiseEffect, places_of_values
 from bayestouch.effects.random import BaselineDrift
 from bayestouch.errors import InputError
 from bayestouch.model import joining
@@ -22,7 +22,9 @@ def effect(name: str, count: int) -> Any:
 def test_an_effect_is_taken_out_with_its_values(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two base parameters, then effects with 1, 2 and 1 values."""
     effects = (effect("a", 1), effect("b", 2), effect("c", 1))
-    model = SimpleNamespace(effects=effects, n_base=2, with_effects=lambda kept: kept)
+    places = places_of_values(effects, 2)
+    assert places == (slice(2, 3), slice(3, 5), slice(5, 6))
+    model = SimpleNamespace(effects=effects, value_places=places, with_effects=lambda kept: kept)
     drifts = ((BaselineDrift(()), (1.0,)), (SimpleNamespace(name="gain_drift"), (2.0,)))
     whole: Any = SimpleNamespace(model=model, vector=np.arange(6.0), drifts=drifts, noise="n", whitening="w")
     monkeypatch.setattr(joining, "fit_from_both", lambda *of, whitening: of)

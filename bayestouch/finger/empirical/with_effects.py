@@ -65,13 +65,12 @@ def effect_neighbours(model: FingerModel, vector: FloatArray) -> tuple[MapNeighb
 
 def _about_values(model: FingerModel, vector: FloatArray) -> list[tuple[MapNeighbours, FloatArray, FloatArray]]:
     """For each value of the effects: fingers at one step above and below, and the two vectors."""
-    elastic, place, out = model.chain(vector), model.n_base, []
-    for effect in model.effects:
-        for i in range(place, place + len(effect.parameters)):
+    elastic, out = model.chain(vector), []
+    for effect, place in zip(model.effects, model.value_places, strict=True):
+        for i in range(place.start, place.stop):
             up, down, step = model.about_value(vector, i)
             sides = (model.chain(up), model.chain(down)) if effect.changes_finger else (elastic, elastic)
             out.append((MapNeighbours(((sides[0], 1.0), (sides[1], 1.0)), step), up, down))
-        place += len(effect.parameters)
     return out
 
 

@@ -246,14 +246,9 @@ def static_signal_effects(effects_chain: ChainWithEffects) -> list[tuple[Effect,
 
 def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
     """Indices in the vector of the values of effects that depend on time."""
-    out: list[int] = []
-    place = effects_chain.model.n_base
-    for effect in effects_chain.model.effects:
-        count = len(effect.parameters)
-        if effect.needs_samples:
-            out += range(place, place + count)
-        place += count
-    return np.array(out, dtype=np.int64)
+    model = effects_chain.model
+    timed = [np.r_[at] for effect, at in zip(model.effects, model.value_places, strict=True) if effect.needs_samples]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *timed])
 
 
 def timed_samples(
