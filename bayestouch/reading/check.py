@@ -27,7 +27,7 @@ def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int)
         The touches as returned by `TouchReader.average` and `TouchReader.ready`. With fewer touches than `FEWEST`, no
         fault can be found.
     n_elements : int
-        Number of elements of the sensor. With fewer than three, a faulty element cannot be identified.
+        Number of elements of the sensor.
     """
     check = _checked(reader, touches, block, n_elements)
     if not reader.drifts_are_estimated:
@@ -38,13 +38,18 @@ def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int)
         return check
     without = reader.without(elements)
     second = _checked(without, touches, without.ready(touches), n_elements)
+    if not second.touches:
+        return check
     faults = sorted((*elements.faults, *second.faults), key=lambda fault: fault.column)
     return replace(second, faults=tuple(faults), order=elements.order[second.order])
 
 
 def _checked(reader: TouchReader, touches: Any, block: Any, n_elements: int) -> SensorCheck:
-    t = block.n_touches
-    if t < FEWEST or n_elements < 3:
+    fitted = reader.fitted(touches, block, np.arange(block.n_touches))
+    # Without one of its readings, a touch must still have more readings than unknowns: else every element can be left
+    # out with a perfect fit of the others, and a sound one is.
+    told = np.flatnonzero(np.isfinite(fitted.columns).sum(axis=1) - 1 > len(reader.parameters))
+    if len(told) < FEWEST:
         return SensorCheck((), np.arange(n_elements), 1.0, 0)
-    some = np.unique(np.linspace(0, t - 1, min(t, MOST)).round().astype(np.int64))
-    return find_faults(reader.fitted(touches, block, some))
+    spread = np.linspace(0, len(told) - 1, min(len(told), MOST)).round().astype(np.int64)
+    return find_faults(reader.fitted(touches, block, told[np.unique(spread)]))

@@ -27,7 +27,10 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
     """
     m = len(check.order)
     if not check.touches:
-        return (f"the sensor is not checked: that needs at least {FEWEST} touches and three elements",)
+        return (
+            f"the sensor is not checked: that needs at least {FEWEST} touches with two readings more than unknowns (a "
+            "measured load is a reading)",
+        )
     notes = [
         _force(fault, load_unit) if fault.column == m else f"{_name(fault.column)} {_element(fault)} and is left out"
         for fault in check.faults

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +15,12 @@ import bayestouch
 from bayestouch.data.touches import Touches
 from bayestouch.pad.effect_changes import CorrectedMeans
 from bayestouch.pad.reading.touch_reader import PadTouchReader
+from bayestouch.reading import check as check_of_sensor
+from bayestouch.reading.check import check_sensor
 from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration, TouchPosteriors
-from bayestouch.simulation import PadDesign, simulate
+from bayestouch.simulation import FingerDesign, PadDesign, simulate
 
 ELEMENT = 2
 FloatArray = np.ndarray
@@ -68,6 +72,54 @@ def test_a_faulty_element_is_named_and_left_out(
     assert "e03" in said(result)[0] and word in said(result)[0]
     assert result.settings["elements_left_out"] == "e03"
     assert np.isnan(result.rows.observed[:, ELEMENT]).all()
+
+
+@pytest.mark.parametrize(
+    ("elements", "loads", "unknowns", "checked"),
+    [(3, 0, 3, 0), (3, 20, 3, 0), (4, 0, 3, 0), (4, 7, 3, 0), (4, 12, 3, 12), (5, 0, 3, 20), (3, 20, 2, 20)],
+)
+def test_touches_with_two_readings_more_than_unknowns_are_checked(
+    elements: int, loads: int, unknowns: int, checked: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without one of n readings, n - 1 are to be more than the unknowns; of 20 touches, the first few have loads."""
+
+    def fitted(_touches: Any, _block: Any, some: np.ndarray) -> Any:
+        load = np.where(np.arange(20) < loads, 1.0, np.nan)
+        return SimpleNamespace(columns=np.column_stack([np.ones((20, elements)), load])[some])
+
+    def found(fits: Any) -> SensorCheck:
+        return SensorCheck((), np.arange(elements), 1.0, len(fits.columns))
+
+    monkeypatch.setattr(check_of_sensor, "find_faults", found)
+    reader: Any = SimpleNamespace(parameters=(None,) * unknowns, fitted=fitted, drifts_are_estimated=False)
+    assert check_sensor(reader, None, SimpleNamespace(n_touches=20), elements).touches == checked
+
+
+def test_a_finger_of_three_elements_is_read_as_without_the_check() -> None:
+    """Of a sound one the check said that its wires are swapped and the model is wrong by 28 times the noise."""
+    design = FingerDesign(
+        n_elements=3,
+        pitch_deg=20.0,
+        samples_per_touch=5,
+        noise_percent_peak=0.3,
+        edge_step_deg=2.0,
+        flat_step_deg=12.0,
+        calibration_span_deg=30.0,
+        touch_radii_mm=(0.0, 2.0, 9.3),
+        touch_span_deg=22.0,
+        touch_step_deg=2.0,
+    )
+    data = simulate(design, seed=0).dataset
+    calibration = bayestouch.calibrate(data, draws=50, seed=0)
+    checked, plain = (
+        bayestouch.infer(data.touches, calibration, draws=64, use_load=False, check_sensor=each)
+        for each in (True, False)
+    )
+    notes = [note for note in checked.notes if "check" in note]
+    assert len(notes) == 1 and notes[0].startswith("the sensor is not checked: that needs at least 8 touches")
+    assert not {"elements_left_out", "element_order", "noise_widened"} & set(checked.settings)
+    for name, draws in plain.posterior.items():
+        np.testing.assert_array_equal(checked.posterior[name], draws)
 
 
 @pytest.mark.slow

@@ -268,7 +268,8 @@ def test_wires_in_words() -> None:
     assert fault_notes(check(), "N") == () and fault_settings(check()) == {"touches_checked": 200.0}
     unchecked = replace(check(), touches=0)
     assert fault_notes(unchecked, "N") == (
-        "the sensor is not checked: that needs at least 8 touches and three elements",
+        "the sensor is not checked: that needs at least 8 touches with two readings more than unknowns (a measured "
+        "load is a reading)",
     )
     assert check().sound and not swapped.sound and not check(excess=1.5).sound
     assert _exchanged(4, (1, 3)).tolist() == [0, 3, 2, 1]
