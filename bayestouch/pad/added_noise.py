@@ -60,12 +60,12 @@ class NoiseWithEffects:
     ----------
     own_sd : (m,) array
         Noise of each element without effects of the noise.
-    by_effects : NoiseByEffects
-        What the effects add.
+    by_effects : NoiseByEffects or None
+        What the effects add; None if they add nothing.
     """
 
     own_sd: FloatArray
-    by_effects: NoiseByEffects
+    by_effects: NoiseByEffects | None
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -21,6 +21,7 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Setting
+from bayestouch.effects.noise import Outliers
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
@@ -128,6 +129,9 @@ def pad_calibration(
         notes, relative_slope = (*notes, *assumed), effects.relative_slope
     known = table.select(training).with_(notes=())
     dataset = replace(dataset, sensor=sensor, calibration=known)
+    # One sample in a touch has no scatter of its own, but tells by the noise whether it is wrong.
+    alone = samples != "mean" and Outliers.name in effects.values
+    known_noise = alone or effects.by_effects is not None
     chosen = choose_pad(
         dataset,
         kernel=kernel,
@@ -136,7 +140,7 @@ def pad_calibration(
         samples=samples,
         seed=seed,
         relative_slope=relative_slope,
-        noise=None if effects.by_effects is None else NoiseWithEffects(fitted.noise.sd, effects.by_effects),
+        noise=NoiseWithEffects(fitted.noise.sd, effects.by_effects) if known_noise else None,
         earlier=earlier if samples == "mean" and not added else None,
     )
     if added:

@@ -182,8 +182,8 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
         why = "the samples of each touch are all equal" if problem.known.repeats_equal else "no touch was read twice"
     if np.isfinite(problem.read_variance).any():
         notes.append(
-            f"{why}: the noise of one reading is that of the rest readings, and what is beyond it "
-            "counts as model error, which averaging does not reduce"
+            f"{why}: the noise of one reading is that of the rest readings or of the other samples, and what is beyond "
+            "it counts as model error, which averaging does not reduce"
         )
     else:
         notes.append(
