@@ -230,11 +230,12 @@ def _loads(tally: Tally) -> Iterator[str]:
 
 def _times(tally: Tally) -> Iterator[str]:
     instead = "where times matter, the order of the touches is used in their place"
+    by_time = "where times matter, touches are sorted by them, or taken in this order if they overlap in time"
     if 0 < tally.time_missing < tally.rows:
         yield f"{_count(tally.time_missing, tally.rows, 'row')} without a time: {instead}"
     elif tally.begun_before:
         began = f"{plural(tally.begun_before, 'touch')} began before the one above"
-        yield f"times become smaller from one touch to the next ({began}): {instead}"
+        yield f"times become smaller from one touch to the next ({began}): {by_time}"
 
 
 def _missing(tally: Tally) -> Iterator[str]:

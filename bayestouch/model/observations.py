@@ -42,7 +42,7 @@ class Observations:
     table : Touches
         The rows in contact.
     sessions : tuple of (float, float)
-        First and last time of each table; drifts are independent between sessions. Empty for one table.
+        First and last time of each session; drifts are independent between sessions. Empty for one session.
     """
 
     means: TouchMeans

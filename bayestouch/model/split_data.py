@@ -54,7 +54,8 @@ class SplitData:
     rest : (m,) array or None
         Rest reading that was subtracted from the rows of the calibration.
     session : (n,) int array
-        Table of each row, 0 or 1; drifts are independent between tables.
+        Session of each row; drifts are independent between sessions. A second table is a session of its own, 1, unless
+        its touches interleave in time with those of the first.
     training, held_out : (n,) bool arrays
         Rows of the touches used in fits, calibrations and choices of effects, and of the touches used in none of them.
     notes : tuple of str
@@ -107,7 +108,7 @@ class SplitData:
         if dataset.calibration is None:
             return cls._of_one_table(dataset, fold)
         calibration, touches = dataset.calibration, dataset.touches
-        first, second = one_clock(calibration, touches)
+        first, second, interleaved = one_clock(calibration, touches)
         rest = calibration.rest_reading()
         parts = (calibration.baseline_corrected(), touches.baseline_corrected(rest))
         table = without_dead(joined_tables(*parts))
@@ -137,7 +138,7 @@ class SplitData:
             held_s=np.concatenate([first.held_s, second.held_s]),
             unit=first.unit,
             rest=rest,
-            session=(np.arange(table.n_rows) >= calibration.n_rows).astype(np.int64),
+            session=((np.arange(table.n_rows) >= calibration.n_rows) & (not interleaved)).astype(np.int64),
             training=training,
             held_out=held[group],
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, *about, first.note, second.note) if note)),
@@ -233,9 +234,9 @@ class SplitData:
 
     @property
     def _sessions(self) -> tuple[tuple[float, float], ...]:
-        """First and last time of each table, in `unit`."""
+        """First and last time of each session, in `unit`, in the order of time."""
         times = [self.time_s[self.session == each] for each in np.unique(self.session)]
-        return tuple((float(time.min()), float(time.max())) for time in times)
+        return tuple(sorted((float(time.min()), float(time.max())) for time in times))
 
     def thinned(self, most: int | None, seed: int) -> SplitData:
         """The split with at most `most` touches in the search, chosen at random; None for no limit."""

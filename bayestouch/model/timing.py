@@ -6,12 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.grouping import beginnings, groups
 from bayestouch.data.touches import Touches
 
 # Without times, touches begin one unit apart, and the samples of a touch take this share of the unit.
 HELD_SHARE = 0.2
+OVERLAP = (
+    "times of the two tables overlap, as where a clock begins again: the touches to be read are taken to follow "
+    "directly after the calibration"
+)
+# Touches of k parts that were recorded in turn follow each other k times as close as those of one part. Clocks of
+# their own bring touches of two parts as close as by chance; half of that distance allows for an uneven pace.
+CLOSE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,18 +42,21 @@ class Timing:
 
     @classmethod
     def of(cls, touches: Touches) -> Timing:
-        """The times of the table if they are complete and increase, else the order of the rows."""
-        _, group = groups(touches.touch)
+        """The times of the table if they are complete and of one clock, in any order of rows; else this order."""
         time = touches.time_s
-        n = int(group.max()) + 1 if len(group) else 0
-        first = beginnings(time, touches.in_contact, group, n)
+        if not np.isfinite(time).all():
+            return cls._by_order(touches, "times are missing")
+        if not len(time) or np.ptp(time) == 0:
+            return cls._by_order(touches, "all times are the same")
+        begin, end = _spans(touches)
+        # Touches that are not sorted by time, such as those of a table that is sorted by tip, are parts that are.
+        if not _of_one_clock(begin, end, np.cumsum(np.diff(begin, prepend=begin[:1]) < 0)):
+            return cls._by_order(touches, "touches overlap in time, as where a clock begins again")
+        _, group = groups(touches.touch)
+        first = beginnings(time, touches.in_contact, group, int(group.max()) + 1)
         # A touch without rows in contact has `held_s` zero.
         held = np.maximum(time - np.minimum(first[group], time), 0.0)
-        if np.isfinite(time).all() and np.all(np.diff(first[np.isfinite(first)]) >= 0) and n > 0 and np.ptp(time) > 0:
-            return cls(time - time.min(), held, "s")
-        return cls._by_order(
-            touches, "times are missing" if np.isnan(time).any() else "times do not increase from touch to touch"
-        )
+        return cls(time - time.min(), held, "s")
 
     @classmethod
     def in_unit(cls, touches: Touches, unit: str) -> Timing:
@@ -82,22 +92,69 @@ class Timing:
         return Timing(self.time_s + end + gap, self.held_s, self.unit, self.note)
 
 
-def one_clock(first: Touches, second: Touches) -> tuple[Timing, Timing]:
-    """Clocks of two tables that were recorded one after the other.
+def one_clock(first: Touches, second: Touches) -> tuple[Timing, Timing, bool]:
+    """Clocks of two tables of one recording, and whether their touches interleave in time.
 
-    If both have good times and the second begins after the first, these times are used; else the second is assumed to
-    begin directly after the first.
+    If both have good times that fit each other, these are used: one table after the other, or touches of both in turn.
+    Else the second is assumed to begin directly after the first.
     """
     one, two = Timing.of(first), Timing.of(second)
     if one.unit == two.unit == "s":
-        start, end, begin = first.time_s.min(), first.time_s.max(), second.time_s.min()
-        if begin >= end:
-            return one, Timing(second.time_s - start, two.held_s, "s")
+        if _fit_together(first, second):
+            start = min(first.time_s.min(), second.time_s.min())
+            one, two = (replace(own, time_s=t.time_s - start) for own, t in ((one, first), (two, second)))
+            return one, two, _interleaved(first, second)
+        two = replace(two, note=OVERLAP)
     elif one.unit != two.unit:
         # If one table has no good times, the order of the rows is used for both.
         one, two = (Timing.of(t.with_(time_s=np.full(t.n_rows, np.nan))) for t in (first, second))
     gap = typical_gap(one.time_s, one.held_s)
-    return one, two.after(float(one.time_s.max()), gap)
+    return one, two.after(float(one.time_s.max()), gap), False
+
+
+def _fit_together(first: Touches, second: Touches) -> bool:
+    """Whether the times of two tables, each with good ones, are of one clock."""
+    if not _interleaved(first, second):
+        return True
+    spans = [_spans(table) for table in (first, second)]
+    begin, end = (np.concatenate(each) for each in zip(*spans, strict=True))
+    return _of_one_clock(begin, end, np.repeat([0, 1], [len(each) for each, _ in spans]))
+
+
+def _of_one_clock(begin_s: FloatArray, end_s: FloatArray, part: IntArray) -> bool:
+    """Whether touches of several parts can be of one recording: those of different parts do not overlap in time.
+
+    If each part has a clock that begins again, they do; or they are as close to each other as by chance.
+
+    Parameters
+    ----------
+    begin_s, end_s : (t,) arrays
+        Time at which each touch begins and ends.
+    part : (t,) int array
+        Part of each touch, such as its table.
+    """
+    own, order = np.lexsort((begin_s, part)), np.argsort(begin_s, kind="stable")
+    steps = np.diff(begin_s[own])[np.diff(part[own]) == 0]
+    close = CLOSE / len(np.unique(part)) * steps.min() if len(steps) else 0.0
+    other = np.diff(part[order]) != 0
+    free = begin_s[order][1:] > np.maximum.accumulate(end_s[order])[:-1]
+    return bool((free & (np.diff(begin_s[order]) >= close))[other].all())
+
+
+def _interleaved(first: Touches, second: Touches) -> bool:
+    """Whether neither table ends before the other begins."""
+    one, two = first.time_s, second.time_s
+    return bool(one.min() < two.max() and two.min() < one.max())
+
+
+def _spans(touches: Touches) -> tuple[FloatArray, FloatArray]:
+    """Times (t,) of the first and the last row in contact of each touch that has one, in the order of the table."""
+    _, group = groups(touches.touch)
+    n = int(group.max()) + 1
+    begin = beginnings(touches.time_s, touches.in_contact, group, n)
+    end = -beginnings(-touches.time_s, touches.in_contact, group, n)
+    pressed = np.isfinite(begin)
+    return begin[pressed], end[pressed]
 
 
 def typical_gap(time_s: FloatArray, held_s: FloatArray) -> float:

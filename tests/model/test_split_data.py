@@ -147,3 +147,21 @@ def _with_rest_rows(table: Touches, missing: int) -> Touches:
     rest = one.with_(contact=np.zeros(one.n_rows), readings=0.1 + 0 * one.readings, sample=np.full(one.n_rows, 99))
     both = data.joined_tables(rest, table)
     return both.with_(touch=np.concatenate([rest.touch, table.touch]))
+
+
+def test_tables_that_were_recorded_in_turn_are_one_session() -> None:
+    """Every third touch of a recording is to be read; or the touches to be read were all made before the others."""
+    made = simulate(PadDesign(element_x_mm=(0.0, 5.0, 10.0), element_y_mm=None, n_touches=60), seed=1).dataset
+    whole = made.touches
+    third, early = whole.touch % 3 == 0, whole.touch < 20
+    for later, sessions in ((third, 1), (early, 2)):
+        split = data.SplitData.of(DataSet(made.sensor, whole.select(~later), whole.select(later)))
+        time = np.concatenate([whole.time_s[~later], whole.time_s[later]])
+        np.testing.assert_array_equal(split.time_s, time - time.min())
+        assert not any("overlap" in note for note in split.notes)
+        found = split.observations(split.training).sessions
+        spans = [(time.min(), time.max())]
+        if sessions == 2:
+            spans = [(whole.time_s[early].min(), whole.time_s[early].max())]
+            spans += [(whole.time_s[~early].min(), whole.time_s[~early].max())]
+        np.testing.assert_array_equal(found, np.array(spans) - time.min())

@@ -1,4 +1,4 @@
-"""Clocks of tables: their own, or the order of the rows; and two tables one after the other."""
+"""Clocks of tables: their own, or the order of the rows; and two tables one after the other, or in turn."""
 
 from __future__ import annotations
 
@@ -39,8 +39,10 @@ def test_touches_at_the_same_time_and_at_rest() -> None:
     ("time", "why"),
     [
         ([0.0, 1.0, 2.0, np.nan, 4.0], "times are missing"),
-        ([5.0, 6.0, 7.0, 1.0, 2.0], "times do not increase from touch to touch"),
-        ([3.0, 3.0, 3.0, 3.0, 3.0], "times do not increase from touch to touch"),
+        ([0.0, 1.0, np.inf, 3.0, 4.0], "times are missing"),
+        ([5.0, 6.0, 7.0, 4.0, 5.0], "touches overlap in time, as where a clock begins again"),
+        ([5.0, 6.0, 7.0, 1.0, 8.0], "touches overlap in time, as where a clock begins again"),
+        ([3.0, 3.0, 3.0, 3.0, 3.0], "all times are the same"),
     ],
 )
 def test_order_of_rows_where_there_is_no_clock(time: list[float], why: str) -> None:
@@ -52,6 +54,38 @@ def test_order_of_rows_where_there_is_no_clock(time: list[float], why: str) -> N
     assert found.note == f"{why}: the order of the rows is taken as time, one unit a touch."
     one = Timing.of(table([np.nan, np.nan], [0, 1]))
     np.testing.assert_array_equal(one.time_s, [0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("touch", "time"),
+    [
+        # Sorted by tip: three tips in turn, two samples each.
+        ([0, 0, 3, 3, 1, 1, 4, 4, 2, 2, 5, 5], [0.0, 1, 15, 16, 5, 6, 20, 21, 10, 11, 25, 26]),
+        # The last one first, and in no order at all.
+        ([3, 3, 2, 2, 1, 1, 0, 0], [15.0, 16, 10, 11, 5, 6, 0, 1]),
+        ([2, 2, 4, 4, 0, 0, 3, 3, 1, 1], [10.0, 11, 20, 21, 0, 1, 15, 16, 5, 6]),
+    ],
+)
+def test_touches_in_any_order_keep_their_times(touch: list[int], time: list[float]) -> None:
+    found = Timing.of(table([7 + each for each in time], touch))
+    np.testing.assert_array_equal(found.time_s, time)
+    np.testing.assert_array_equal(found.held_s, np.tile([0, 1], len(time) // 2))
+    assert (found.unit, found.note) == ("s", "")
+
+
+def test_clocks_that_begin_again_are_not_sorted_into_each_other() -> None:
+    """Two times thirty touches of one sample, about 5 s apart, none at the same time as another."""
+    rng = np.random.default_rng(0)
+    time = np.concatenate([np.cumsum(rng.uniform(4, 6, 30)) for _ in range(2)])
+    assert len(np.unique(time)) == 60
+    found = Timing.of(table(time.tolist(), list(range(60))))
+    np.testing.assert_array_equal(found.time_s, np.arange(60))
+    assert found.note.startswith("touches overlap in time")
+    # The same touches of one clock, split by parity: those of one half are about 10 s apart, those of both 5 s.
+    time = np.cumsum(rng.uniform(4, 6, 60))
+    order = np.concatenate([np.arange(0, 60, 2), np.arange(1, 60, 2)])
+    found = Timing.of(table(time[order].tolist(), list(range(60))))
+    np.testing.assert_array_equal(found.time_s, time[order] - time[0])
 
 
 def test_samples_are_counted_from_the_first_in_contact() -> None:
@@ -83,18 +117,38 @@ FIRST = table([100.0, 101.0, 104.0], [0, 0, 1])
 
 @pytest.mark.parametrize(
     ("begin", "wanted"),
-    # After the first on its clock, or right after it by the usual gap of 3 s where that is not so.
-    [(110.0, [10.0, 12.0]), (104.0, [4.0, 6.0]), (103.0, [7.0, 9.0]), (0.0, [7.0, 9.0])],
+    # After the first on its clock, in turn with it, before it, or right after it by its gap of 3 s if they overlap.
+    [
+        (110.0, [10.0, 12.0]),
+        (104.0, [4.0, 6.0]),
+        (103.0, [3.0, 5.0]),
+        (60.0, [-40.0, -38.0]),
+        (100.5, [7.0, 9.0]),
+        (102.0, [7.0, 9.0]),
+        (100.0, [7.0, 9.0]),
+    ],
 )
 def test_one_clock_for_two_tables(begin: float, wanted: list[float]) -> None:
-    one, two = one_clock(FIRST, table([begin, begin + 2], [0, 1]))
-    np.testing.assert_array_equal(one.time_s, [0, 1, 4])
-    np.testing.assert_array_equal(two.time_s, wanted)
+    one, two, in_turn = one_clock(FIRST, table([begin, begin + 2], [0, 1]))
+    start = min(0.0, *wanted)
+    np.testing.assert_array_equal(one.time_s, np.array([0, 1, 4]) - start)
+    np.testing.assert_array_equal(two.time_s, np.array(wanted) - start)
+    assert in_turn == (begin == 103.0)
+    replaced = wanted[0] == 7.0
+    assert (one.note, "the two tables overlap" in two.note) == ("", replaced)
+
+
+def test_each_table_with_a_clock_of_its_own() -> None:
+    """Twenty touches of one sample each from the same start, of which no two coincide but the first."""
+    one, two, in_turn = one_clock(*(table((pace * np.arange(20)).tolist(), list(range(20))) for pace in (5.0, 5.1)))
+    np.testing.assert_allclose(two.time_s - one.time_s.max(), 5.0 + 5.1 * np.arange(20))
+    assert two.note and not in_turn
 
 
 def test_one_good_clock_of_two_is_none() -> None:
     for first, second in ((FIRST, table([np.nan] * 3, [0, 0, 1])), (table([np.nan] * 3, [0, 0, 1]), FIRST)):
-        one, two = one_clock(first, second)
+        one, two, in_turn = one_clock(first, second)
+        assert not in_turn
         assert one.unit == two.unit == "touch"
         np.testing.assert_allclose(one.time_s, [0, 0.2, 1])
         # From the end of the first touch at 0.2 to the next at 1: a gap of 0.8.
