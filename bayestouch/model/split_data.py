@@ -12,7 +12,7 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.sample_rows import reads_of_rows
 from bayestouch.data.splits import with_calibration
-from bayestouch.data.touches import Touches
+from bayestouch.data.touches import Touches, numbered
 from bayestouch.effects.effect import Setting
 from bayestouch.errors import InputError, few
 from bayestouch.model.body import body_of
@@ -95,10 +95,11 @@ class SplitData:
     def of(cls, dataset: DataSet, fold: int = 2) -> SplitData:
         """Split of a data set.
 
-        Every second touch of ``touches.csv`` with references is fitted together with the calibration touches, so that
-        fits cover all radii and the whole time; the others are held out. If too few have references, every fourth
-        calibration touch is held out. Without a calibration table, every fourth touch of a finger is held out, on a pad
-        every fourth block of consecutive touches: number `fold`, 0 to 3, of every four.
+        Every second touch of each tip of ``touches.csv`` with references is fitted together with the calibration
+        touches, so that fits cover all radii and the whole time; the others are held out. If too few have references,
+        every fourth calibration touch of each tip is held out. Without a calibration table, every fourth touch of each
+        tip of a finger is held out, on a pad every fourth block of consecutive touches: number `fold`, 0 to 3, of every
+        four.
 
         Raises
         ------
@@ -117,12 +118,12 @@ class SplitData:
         read = np.bincount(group, weights=np.arange(table.n_rows) >= calibration.n_rows, minlength=len(ids)) > 0
         held = np.zeros(len(ids), dtype=bool)
         if int((known & read).sum()) >= ENOUGH_READ:
-            held[np.flatnonzero(known & read)[1::2]] = True
+            held[known & read] = _turns(table, known & read) % 2 == 1
             how = (
                 "every other touch to be read that has references is held out; the rest is fitted with the calibration"
             )
         elif int((known & ~read).sum()) >= ENOUGH_CALIBRATION:
-            held[np.flatnonzero(known & ~read)[2::4]] = True
+            held[known & ~read] = _turns(table, known & ~read) % 4 == 2
             how = "too few touches to be read have references: every fourth calibration touch is held out"
         else:
             how = TOO_FEW
@@ -190,9 +191,11 @@ class SplitData:
         _, group = groups(table.touch)
         body = body_of(dataset.sensor)
         known = _known(table, body.references)
-        place = np.cumsum(known) - 1
         size = max(2, int(known.sum()) // BLOCKS) if body.scanned else 1
-        held = known & ((place // size) % 4 == fold) & (known.sum() >= ENOUGH_CALIBRATION)
+        held = np.zeros(len(known), dtype=bool)
+        if known.sum() >= ENOUGH_CALIBRATION:
+            turns = np.arange(known.sum()) // size if body.scanned else _turns(table, known)
+            held[known] = turns % 4 == fold
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
@@ -369,6 +372,18 @@ def _with_load(dataset: DataSet, table: Touches, rows: BoolArray) -> tuple[BoolA
     if not (body_of(dataset.sensor).needs_load and measured.any() and len(lacking)):
         return rows, ()
     return rows & measured[group], (f"{len(lacking)} {WITHOUT_LOAD}",)
+
+
+def _turns(table: Touches, chosen: BoolArray) -> IntArray:
+    """Numbers by which the k `chosen` touches of (t,) are held out in turn, (k,): consecutive within each tip.
+
+    Numbers of all touches would hold out one tip only where tips alternate. Those of a tip begin with the number of its
+    first touch, so that touches of one tip after the other have their number in the table.
+    """
+    ids, group = groups(table.touch)
+    tip_mm = first_of(np.where(table.in_contact, table.indenter_radius_mm, np.nan), group, len(ids))
+    _, first, tip = np.unique(tip_mm[chosen], return_index=True, return_inverse=True)
+    return np.asarray(first[tip] + numbered(tip))
 
 
 def _known(table: Touches, references: tuple[str, ...]) -> BoolArray:

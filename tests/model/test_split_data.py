@@ -165,3 +165,48 @@ def test_tables_that_were_recorded_in_turn_are_one_session() -> None:
             spans = [(whole.time_s[early].min(), whole.time_s[early].max())]
             spans += [(whole.time_s[~early].min(), whole.time_s[~early].max())]
         np.testing.assert_array_equal(found, np.array(spans) - time.min())
+
+
+@pytest.mark.parametrize("tips", [(0.0,), (0.0, 3.0), (0.0, 3.0, np.inf), (0.0, 3.0, 6.0, np.inf)])
+def test_every_tip_is_fitted_and_held_out(tips: tuple[float, ...]) -> None:
+    """Tips in turn (one, then the next), and all touches of a tip after each other: then every second of the table."""
+    design = FingerDesign(n_elements=4, calibration_span_deg=20, touch_step_deg=10)
+    sensor, rng, count = simulate(design, seed=0).dataset.sensor, np.random.default_rng(0), 20 * len(tips) + 1
+
+    def touches(radius: Any) -> Touches:
+        readings = rng.normal(size=(count, 4))
+        return touches_from(np.arange(count), readings, angle_deg=np.zeros(count), indenter_radius_mm=radius)
+
+    in_turn, after_each_other = np.resize(tips, count), np.sort(np.resize(tips, count))
+    few = touches(0.0).select(np.arange(10))
+    layouts: tuple[tuple[Touches | None, bool], ...] = ((touches(0.0), True), (None, True), (few, False))
+    for radius in (in_turn, after_each_other):
+        for other, read in layouts:
+            if read:
+                split = data.SplitData.of(DataSet(sensor, other, touches(radius)))
+                mine = split.held_out[-count:]
+            else:
+                split = data.SplitData.of(DataSet(sensor, touches(radius), few))
+                mine = split.held_out[:count]
+            if not mine.any():
+                assert count < data.ENOUGH_CALIBRATION
+                continue
+            every = 2 if other is not None and read else 4
+            for tip in tips:
+                n = (radius == tip).sum()
+                assert abs(mine[radius == tip].sum() - n / every) < 1
+            if radius is after_each_other:
+                np.testing.assert_array_equal(mine, np.arange(count) % every == every // 2)
+            assert not (split.training & split.held_out).any()
+
+
+def test_folds_of_tips_in_turn_hold_out_each_touch_once() -> None:
+    """Two tips in turn: number 2 of every four touches of the table is always the first tip."""
+    design = FingerDesign(n_elements=4, calibration_span_deg=20, touch_step_deg=10)
+    sensor, rng = simulate(design, seed=0).dataset.sensor, np.random.default_rng(0)
+    radius = np.resize([2.0, 5.0], 48)
+    table = touches_from(np.arange(48), rng.normal(size=(48, 4)), angle_deg=np.zeros(48), indenter_radius_mm=radius)
+    held = np.array([data.SplitData.of(DataSet(sensor, None, table), fold).held_out for fold in range(4)])
+    np.testing.assert_array_equal(held.sum(axis=0), 1)
+    np.testing.assert_array_equal(held[:, radius == 2.0].sum(axis=1), 6)
+    np.testing.assert_array_equal(held[:, radius == 5.0].sum(axis=1), 6)
