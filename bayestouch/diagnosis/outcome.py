@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.verdict import structure_left
 from bayestouch.effects.effect import OWN
@@ -28,6 +30,9 @@ _LIMITS, _LITTLE_OPEN = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
 _EQUAL = 1e-6
 # More values than these are counted in a sentence, and not listed.
 _MOST_VALUES = 12
+# An element is named if its value is farther from the median than this many times the root mean square of the others.
+# By chance one of six normal values is so in 6 % of cases, one of sixteen in 0.5 %; of fewer it says little.
+_FAR, _ENOUGH_ELEMENTS = 5.0, 6
 # Sets of causes with a smaller probability are not listed.
 _LEAST_PROBABILITY = 0.01
 # A change of an error counts if it exceeds this many standard errors.
@@ -101,7 +106,7 @@ def _values(parameters: Mapping[str, Any]) -> str:
     of_elements = {name: each for name, each in parameters.items() if f"_{OWN}" in name}
     shared = {name: each for name, each in parameters.items() if name not in of_elements}
     if of_elements and shared:
-        return f"{_values(shared)}; of the elements: {_summed_up(of_elements)}"
+        return f"{_values(shared)}; of the elements: {_summed_up(of_elements)}{_far_from_others(of_elements)}"
     if len(parameters) <= _MOST_VALUES:
         return ", ".join(_value(name, each) for name, each in parameters.items())
     return _summed_up(parameters)
@@ -110,6 +115,22 @@ def _values(parameters: Mapping[str, Any]) -> str:
 def _summed_up(parameters: Mapping[str, Any]) -> str:
     clear = sum(abs(each["mean"]) > _STANDARD_ERRORS * (each["sd"] or math.inf) for each in parameters.values())
     return f"{len(parameters)} values, {clear} of which are more than {_STANDARD_ERRORS:g} standard deviations from 0"
+
+
+def _far_from_others(of_elements: Mapping[str, Any]) -> str:
+    """Element whose value is far from those of all others, which are near each other; empty if there is none."""
+    values = np.array([each["mean"] for each in of_elements.values()])
+    if len(values) < _ENOUGH_ELEMENTS:
+        return ""
+    distance = np.abs(values - np.median(values))
+    far = int(distance.argmax())
+    name, each = list(of_elements.items())[far]
+    others = np.delete(values, far)
+    spread = float(np.sqrt(np.mean(np.delete(distance, far) ** 2)))
+    if distance[far] <= max(_FAR * spread, _STANDARD_ERRORS * (each["sd"] or math.inf)):
+        return ""
+    element, value = f"e{name.rpartition(OWN)[2]}", _value("", each).strip()
+    return f". {element} is far from the others: {value}, and these {others.min():.3g} to {others.max():.3g}"
 
 
 def _place_lines(numbers: Mapping[str, Any]) -> list[str]:

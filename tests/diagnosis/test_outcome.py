@@ -276,6 +276,28 @@ def test_values_of_many_elements_are_summed_up() -> None:
     assert outcome._values(many) == "13 values, 13 of which are more than 2 standard deviations from 0"
 
 
+@pytest.mark.parametrize(
+    ("values", "sd", "far"),
+    [
+        # Distances from the median -0.165 are 1.865, and 0.052 in root mean square without the fifth.
+        ((-0.2, -0.21, -0.18, -0.05, 1.7, -0.17, -0.15, -0.16), 0.14, "e05 is far from the others: 1.7 ± 0.14, "),
+        ((-0.2, -0.21, -0.18, -0.05, -1.7, -0.17, -0.15, -0.16), 0.14, "e05 is far from the others: -1.7 ± 0.14, "),
+        # It is not known, and not far: 4.5 times 0.1.
+        ((-0.2, -0.21, -0.18, -0.05, 1.7, -0.17, -0.15, -0.16), 1.0, ""),
+        ((0.1, -0.1, 0.1, -0.1, 0.1, -0.1, 0.45), 0.01, ""),
+        # Too few to say.
+        ((0.0, 0.0, 0.0, 0.0, 1.0), 0.01, ""),
+    ],
+)
+def test_an_element_that_is_far_from_the_others_is_named(values: tuple[float, ...], sd: float, far: str) -> None:
+    of_elements = {
+        f"gain_nonlinearity_own_{e:02d}": {"mean": mean, "sd": sd, "unit": ""} for e, mean in enumerate(values, start=1)
+    }
+    said = outcome._values({"gain_nonlinearity_share": {"mean": -0.07, "sd": 0.004, "unit": ""}} | of_elements)
+    _, _, after = said.partition(" standard deviations from 0")
+    assert after == (f". {far}and these -0.21 to -0.05" if far else "")
+
+
 def test_draws_that_missed_the_targets_are_said_beside_the_values_they_gave() -> None:
     effect = {"name": "memory", "summary": "", "parameters": {}, "indistinguishable_from": []}
     rough = {"ess_bulk": 36.4, "rhat": 1.121}
