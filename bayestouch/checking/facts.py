@@ -12,15 +12,14 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.json_values import strict
 from bayestouch.data.touches import Touches
+from bayestouch.model.silent import means_by_table
 
 
 def dataset_facts(dataset: DataSet) -> dict[str, Any]:
     """Return all results that `bayestouch check` shows."""
     sensor, body = dataset.sensor, dataset.sensor.body
     tables = {"calibration": dataset.calibration, "touches": dataset.touches}
-    # As `infer` does: a table without readings at rest has the rest reading of the calibration.
-    rest = None if dataset.calibration is None else dataset.calibration.rest_reading()
-    means = {name: table.baseline_corrected(rest).averaged() for name, table in tables.items() if table is not None}
+    means = means_by_table(dataset)
     facts: dict[str, Any] = {
         "sensor": {
             "name": sensor.name,
@@ -32,7 +31,7 @@ def dataset_facts(dataset: DataSet) -> dict[str, Any]:
         "tables": [_table(name, table) for name, table in tables.items() if table is not None],
         "indenters": touches_by_indenter(dataset.calibration, dataset.touches),
         "elements": _elements(means),
-        "advice": list(lacking(dataset)),
+        "advice": list(lacking(dataset, means)),
     }
     return dict(strict(facts))
 

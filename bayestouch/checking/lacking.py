@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -13,11 +13,15 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
 from bayestouch.errors import few
 from bayestouch.model.body import body_of
+from bayestouch.model.silent import silent_elements
 from bayestouch.model.split_data import DEAD
 
 
-def lacking(dataset: DataSet) -> Iterator[str]:
-    """Yield one line for each result that a report cannot give, or not well, and the touches that would allow it."""
+def lacking(dataset: DataSet, means: Mapping[str, TouchMeans]) -> Iterator[str]:
+    """Yield one line for each result that a report cannot give, or not well, and the touches that would allow it.
+
+    `means` are those `means_by_table` gives.
+    """
     if dataset.calibration is None:
         yield "no calibration table: touches.csv is split by location, and one half is used for calibration"
     fitted = dataset.touches if dataset.calibration is None else dataset.calibration
@@ -25,13 +29,14 @@ def lacking(dataset: DataSet) -> Iterator[str]:
         name = "touches" if dataset.calibration is None else "calibration"
         yield f"no rows in {name}: the sensor cannot be calibrated"
         return
-    known = fitted.baseline_corrected().averaged()
+    known = means["touches" if dataset.calibration is None else "calibration"]
     yield from _loads_below_noise(dataset, known)
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if in_scan_order(known):
         yield SCAN
     if dead := _named(~fitted.usable_elements):
         yield f"{dead}: {DEAD}; nothing is learnt from it, and it is left out"
+    yield from silent_elements(dataset, means)
     if steps := _named(coarse_elements(fitted, known)):
         yield (
             f"{steps}: readings come in steps of more than twice their noise, so that the samples of a touch share a "

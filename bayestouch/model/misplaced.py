@@ -43,9 +43,9 @@ def misplaced(known: TouchMeans, places: FloatArray, columns: tuple[str, ...], u
     if len(places) < 2 or len(located) != len(columns):
         return
     circle = unit == "°"
-    between = _distances(places, places, circle)
+    between = element_distances(places, places, circle)
     half = 0.5 * np.where(between > 0, between, np.inf).min(axis=1)
-    read = _read_at(known, _distances(places, np.stack(located, axis=1), circle) <= half[:, None])
+    read = _read_at(known, element_distances(places, np.stack(located, axis=1), circle) <= half[:, None])
     wrong, most = _wrong(read)
     if not wrong.any():
         return
@@ -66,7 +66,7 @@ def _named(place: FloatArray) -> str:
     return text if len(place) == 1 else f"({text})"
 
 
-def _distances(one: FloatArray, other: FloatArray, circle: bool) -> FloatArray:
+def element_distances(one: FloatArray, other: FloatArray, circle: bool) -> FloatArray:
     """Distances (m, t) between places (m, D) and (t, D)."""
     apart = one[:, None] - other[None]
     return np.asarray(np.sqrt(((turned(apart) if circle else apart) ** 2).sum(axis=2)))
@@ -108,7 +108,7 @@ def _mirrored(read: FloatArray, most: IntArray, places: FloatArray, columns: tup
         for c, name in enumerate(columns)
     }
     for name, other in (tried | {"the order of the elements looks": places[::-1]}).items():
-        nearest = _distances(other, places, circle).argmin(axis=1)
+        nearest = element_distances(other, places, circle).argmin(axis=1)
         if judged.sum() > 2 and (nearest[judged] == most[judged]).all():
             return f"{name} reversed, as "
     return ""

@@ -18,6 +18,7 @@ from bayestouch.errors import InputError, few
 from bayestouch.model.body import body_of
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.shared_rest import RestOffsets, shared_rest
+from bayestouch.model.silent import means_by_table, silent_elements
 from bayestouch.model.timing import Timing, one_clock, typical_gap
 
 # Smallest number of touches with references for a split of the touches to be read, and for a split of the calibration.
@@ -130,7 +131,7 @@ class SplitData:
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
         training, left_out = _with_load(dataset, table, (known & ~held)[group])
-        about = (*left_out, *remarks_on(table, training))
+        about = (*left_out, *remarks_on(table, training), *silent_elements(dataset, means_by_table(dataset)))
         source, reads = shared_rest(calibration, touches)
         return cls(
             dataset=dataset,
@@ -205,7 +206,8 @@ class SplitData:
             how = f"every fourth block of {size} touches that follow each other is held out"
         if not held.any():
             how = TOO_FEW
-        notes = (*dataset.notes, *table.notes, how, *left_out, *remarks_on(table, training), clock.note)
+        about = (*left_out, *remarks_on(table, training), *silent_elements(dataset, means_by_table(dataset)))
+        notes = (*dataset.notes, *table.notes, how, *about, clock.note)
         source, reads = shared_rest(whole)
         return cls(
             dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),

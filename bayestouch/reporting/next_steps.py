@@ -6,6 +6,7 @@ from typing import Any
 
 from bayestouch.checking.lacking import lacking
 from bayestouch.diagnosis.outcome import not_used, worse_lines
+from bayestouch.model.silent import means_by_table
 from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.body_pages import BodyPages
@@ -27,7 +28,7 @@ def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, st
         *steps,
         *_range(trust["convergence"]),
         *_sampler(trust),
-        *(_made_up_for(line) for line in lacking(evidence.dataset)),
+        *(_made_up_for(line) for line in lacking(evidence.dataset, means_by_table(evidence.dataset))),
     ]
 
 
