@@ -22,6 +22,8 @@ RESPONDS, NOTHING = 0.25, 0.1
 # An element responds up to the distance within which it read this share of the touches before. Later touches count up
 # to a part of that distance, so that an element that is off its stated place is not silent.
 SEEN, PART = 0.9, 0.7
+# Name of each table in a sentence.
+WHICH = {"calibration": "calibration", "touches": "touches to be read"}
 
 
 def means_by_table(dataset: DataSet) -> dict[str, TouchMeans]:
@@ -61,7 +63,7 @@ def silent_elements(dataset: DataSet, by_table: Mapping[str, TouchMeans]) -> tup
     order = np.argsort(np.concatenate(_beginnings(list(tables.values()))), kind="stable")
     several = len(tables) > 1
     label = [
-        f"{touch} of {name}" if several else f"{touch}"
+        f"{touch} of the {WHICH[name]}" if several else f"{touch}"
         for name, each in zip(tables, means, strict=True)
         for touch in each.touch
     ]

@@ -60,7 +60,7 @@ def test_an_element_that_dies_half_way_is_named_with_the_touch(offset: float) ->
     assert named >= 57
     # In two tables, and with times and not the rows in order.
     both = DataSet(SENSOR, table.select(table.touch < 40), table.select(table.touch >= 40))
-    assert said_of(both) == (line.replace(f"touch {named} on", f"touch {named} of touches on"),)
+    assert said_of(both) == (line.replace(f"touch {named} on", f"touch {named} of the touches to be read on"),)
     shuffled = table.select(np.random.default_rng(5).permutation(table.n_rows))
     assert said_of(DataSet(SENSOR, None, shuffled)) == (line,)
 
@@ -75,8 +75,8 @@ def test_check_and_diagnosis_name_it() -> None:
     for touch in (0, 60):
         notes = SplitData.of(DataSet(SENSOR, sound, dead(sound, 2, touch))).notes
         (line,) = (each for each in notes if each.startswith("e03 reads nothing from touch "))
-        named, _, table_name = line.split(" from touch ")[1].split()[:3]
-        assert table_name == "touches" and touch <= int(named) < touch + 20
+        named, table_name = line.split(" from touch ")[1].split(" of the ")
+        assert table_name.startswith("touches to be read on (") and touch <= int(named) < touch + 20
 
 
 @pytest.mark.parametrize("width", [0.5, 2.0, 8.0])
