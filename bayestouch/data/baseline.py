@@ -140,6 +140,8 @@ class Baseline:
         Number of raw reads behind the rest reading of the calibration, see `of`.
     each_read : (m,) array or float
         Reads in contact with the noise of one read at rest, see `RestTally.reads`.
+    every_own : bool
+        Whether every touch has no-contact rows of its own, so that none needs `general`.
     """
 
     general: FloatArray | None
@@ -148,6 +150,7 @@ class Baseline:
     reads: FloatArray | None = None
     before: FloatArray | None = None
     each_read: FloatArray | float = 1.0
+    every_own: bool = False
 
     @classmethod
     def of(
@@ -195,7 +198,20 @@ class Baseline:
             )
         each_read: FloatArray | float = 1.0 if variance is None else tally.reads(variance)
         reads = np.where(tally.weight > 0, tally.weight * each_read, np.nan) if each else None
-        return cls(general, True, note + _without_rest_reading(general), reads, before, each_read)
+        every_own = tally.with_own == tally.touched
+        return cls(general, True, note + _without_rest_reading(general), reads, before, each_read, every_own)
+
+    @property
+    def shared_variance(self) -> FloatArray | None:
+        """Variance of the error that touches share by what is subtracted, over that of one read in contact, (m,).
+
+        It is the error of `general`, if a touch needs it, and of the rest reading of the calibration. None if the noise
+        of the rest reading does not count for each touch.
+        """
+        if self.reads is None:
+            return None
+        of_table = np.full(len(self.reads), np.inf) if self.every_own else self.reads
+        return np.nan_to_num(1 / combined_reads(of_table, self.before))
 
     def subtracted(self, touches: Rows) -> Rows:
         """Return the table (or a piece of it with complete touches) with corrected readings and the note."""

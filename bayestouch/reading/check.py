@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.reading.fault_tests import FEWEST
 from bayestouch.reading.faults import SensorCheck, find_faults
 from bayestouch.reading.touch_reader import TouchReader
@@ -16,7 +17,9 @@ from bayestouch.reading.touch_reader import TouchReader
 MOST = 256
 
 
-def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int) -> SensorCheck:
+def check_sensor(
+    reader: TouchReader, touches: Any, block: Any, n_elements: int, rest_variance: FloatArray | None = None
+) -> SensorCheck:
     """Faults of elements and force sensor, from the touches that are to be inferred.
 
     Parameters
@@ -28,8 +31,10 @@ def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int)
         fault can be found.
     n_elements : int
         Number of elements of the sensor.
+    rest_variance : (m,) array, optional
+        Variance of the error that all touches share by the rest reading that was subtracted; it is no fault.
     """
-    check = _checked(reader, touches, block, n_elements)
+    check = _checked(reader, touches, block, n_elements, rest_variance)
     if not reader.drifts_are_estimated:
         return check
     # A faulty element also changed the estimated drift: estimate it without that element, then check the others again.
@@ -37,14 +42,16 @@ def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int)
     if elements.sound:
         return check
     without = reader.without(elements)
-    second = _checked(without, touches, without.ready(touches), n_elements)
+    second = _checked(without, touches, without.ready(touches), n_elements, rest_variance)
     if not second.touches:
         return check
     faults = sorted((*elements.faults, *second.faults), key=lambda fault: fault.column)
     return replace(second, faults=tuple(faults), order=elements.order[second.order])
 
 
-def _checked(reader: TouchReader, touches: Any, block: Any, n_elements: int) -> SensorCheck:
+def _checked(
+    reader: TouchReader, touches: Any, block: Any, n_elements: int, rest_variance: FloatArray | None
+) -> SensorCheck:
     fitted = reader.fitted(touches, block, np.arange(block.n_touches))
     # Without one of its readings, a touch must still have more readings than unknowns: else every element can be left
     # out with a perfect fit of the others, and a sound one is.
@@ -52,4 +59,4 @@ def _checked(reader: TouchReader, touches: Any, block: Any, n_elements: int) -> 
     if len(told) < FEWEST:
         return SensorCheck((), np.arange(n_elements), 1.0, 0)
     spread = np.linspace(0, len(told) - 1, min(len(told), MOST)).round().astype(np.int64)
-    return find_faults(reader.fitted(touches, block, told[np.unique(spread)]))
+    return find_faults(reader.fitted(touches, block, told[np.unique(spread)], rest_variance))

@@ -53,13 +53,17 @@ def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     gain = float((weight * y * s).sum()) / square
     rest = y - gain * s
     sd = float(np.sqrt((weight**2 * s**2 * rest**2).sum())) / square
+    # One error of the rest reading moves all readings.
+    rest_sd = misfit.rest_sd_of(column)
+    if rest_sd:
+        sd = float(np.hypot(sd, rest_sd * (weight * s).sum() / square))
     if abs(gain) < DEAD_SHARE and sd < DEAD_SHARE:
         return ColumnFault(column, "dead", gain, sd)
     misfit_sd = float(np.sqrt(np.median(weight * rest**2)))
     offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale
     without_offset = float(np.sqrt(np.median(weight * (y - s - offset * scale) ** 2)))
     if column < misfit.n_elements and abs(offset) > TOLERANCE and without_offset < min(1.0, 0.5 * misfit_sd):
-        return ColumnFault(column, "offset", offset, 0.02 / np.sqrt(len(y)))
+        return ColumnFault(column, "offset", offset, float(np.hypot(0.02 / np.sqrt(len(y)), rest_sd / scale)))
     if misfit_sd < 2.0 and sd < 0.5 * abs(gain - 1):
         return ColumnFault(column, "gain", gain, sd)
     return ColumnFault(column, "unlike")

@@ -56,6 +56,9 @@ class SensorMisfit:
         Model error of each column beyond noise in the calibration, as a share of `scale`.
     scale : (k,) array
         Peak reading of each column, under an edge right above the element; for the force sensor a typical load.
+    rest_variance : (m,) array or None
+        Variance of the error that all readings of an element share by the rest reading, a part of `shared`; None if
+        there is none.
     """
 
     score: FloatArray
@@ -65,11 +68,18 @@ class SensorMisfit:
     shared: Callable[[FloatArray], FloatArray]
     discrepancy: FloatArray
     scale: FloatArray
+    rest_variance: FloatArray | None = None
 
     @property
     def n_elements(self) -> int:
         """Number of elements: k without the force sensor."""
         return len(self.scale) - 1
+
+    def rest_sd_of(self, column: int) -> float:
+        """Standard deviation of the error of the rest reading of a column; 0 for the force sensor, or without one."""
+        if self.rest_variance is None or column >= self.n_elements:
+            return 0.0
+        return float(np.sqrt(self.rest_variance[column]))
 
     @property
     def expected(self) -> tuple[FloatArray, FloatArray]:
@@ -81,6 +91,24 @@ class SensorMisfit:
         told = information > 0
         variance = np.where(told, 1 / np.where(told, information, 1.0), np.inf)
         return np.where(told, score * np.where(told, variance, 0.0), 0.0), variance
+
+
+def with_rest_errors(
+    shared: Callable[[FloatArray], FloatArray], left: FloatArray, rest_variance: FloatArray | None
+) -> Callable[[FloatArray], FloatArray]:
+    """`SensorMisfit.shared` with the error of the rest reading, by which the readings of an element are off alike.
+
+    `left` (t, k, m) is the derivative of each column's score over each reading; `rest_variance` (m,) is the variance of
+    the error, None if there is none.
+    """
+    if rest_variance is None:
+        return shared
+
+    def variance(direction: FloatArray) -> FloatArray:
+        of_elements = np.einsum("ta,tai->ai", direction, left)
+        return np.asarray(shared(direction) + of_elements**2 @ rest_variance)
+
+    return variance
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +176,7 @@ def tested(misfit: SensorMisfit) -> ColumnTests:
         differ |= not chance and spread_among > float(np.median(tolerance))
         total = np.sqrt(sd**2 + spread_among**2)
         faulty |= known & (np.abs(value) - tolerance > THRESHOLD * total)
-    faulty |= enough & (spread > SCATTER * usual)
+    faulty |= enough & (spread > np.maximum(SCATTER * usual, THRESHOLD * _rest_spread(misfit)))
     return ColumnTests(
         gain=np.where(enough & signals, 1 + gain, np.nan),
         gain_sd=np.where(enough & signals, gain_sd, np.nan),
@@ -171,6 +199,15 @@ def _coefficient(misfit: SensorMisfit, direction: FloatArray, usual: float) -> t
     value = (direction * misfit.score).sum(axis=0) / safe
     sd = np.sqrt(usual**2 / safe + misfit.shared(direction) / safe**2)
     return np.where(informative, value, 0.0), np.where(informative, sd, np.inf)
+
+
+def _rest_spread(misfit: SensorMisfit) -> FloatArray:
+    """`_robust_sd` (k,) of standardised residuals that are all off by one sd of the error of the rest reading."""
+    if misfit.rest_variance is None:
+        return np.zeros(len(misfit.scale))
+    informative = misfit.information > 0
+    mean = misfit.information.sum(axis=0) / np.maximum(informative.sum(axis=0), 1)
+    return np.asarray(np.sqrt(mean * np.append(misfit.rest_variance, 0.0)) / _NORMAL_QUARTILE)
 
 
 def _robust_sd(z: FloatArray, informative: NDArray[np.bool_]) -> FloatArray:

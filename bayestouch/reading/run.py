@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from bayestouch.data.baseline import Baseline
 from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
@@ -121,7 +123,9 @@ def touch_run(
     elif options.check_sensor:
         touches = reader.average(baseline.subtracted(found.sample)) if whole is None else whole
         looked_at = reader.ready(touches) if block is None else block
-        check = check_sensor(reader, touches, looked_at, source.n_elements)
+        shared = baseline.shared_variance
+        rest_variance = None if shared is None else np.nan_to_num(variance) * shared
+        check = check_sensor(reader, touches, looked_at, source.n_elements, rest_variance)
         notes += fault_notes(check, reader.load_unit)
         if not check.sound:
             reader = reader.without(check)

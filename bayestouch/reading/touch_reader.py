@@ -209,8 +209,13 @@ class TouchReader(Protocol):
         """Block of touches without the columns that the check left out, with effects at the time of each touch."""
         ...
 
-    def fitted(self, touches: Any, block: Any, some: IntArray) -> FittedTouches:
-        """Some touches, by their positions, in the form that the check needs; from `average`, and from `ready`."""
+    def fitted(
+        self, touches: Any, block: Any, some: IntArray, rest_variance: FloatArray | None = None
+    ) -> FittedTouches:
+        """Some touches, by their positions, in the form that the check needs; from `average`, and from `ready`.
+
+        `rest_variance` (m,) is that of the error that they share by the rest reading.
+        """
         ...
 
     def without(self, check: SensorCheck) -> Self:

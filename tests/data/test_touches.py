@@ -260,6 +260,12 @@ def test_reads_behind_a_rest_reading_count_in_the_noise_of_a_mean() -> None:
     np.testing.assert_allclose(alone.averaged().counts, [[1.0, 2 / 3], [2 / 3, 1 / 2]])
     both = Baseline.of(tally, each=True, before=np.array([4.0, nan])).subtracted(touches)
     np.testing.assert_allclose(both.averaged().counts, [[1 / (1 / 2 + 1 / 2 + 1 / 4), 2 / 3], [1 / 1.75, 1 / 2]])
+    # Touches share the error of the mean if one of them needs it, and that of the calibration's rest reading.
+    shared = Baseline.of(tally, each=True, before=np.array([4.0, nan])).shared_variance
+    np.testing.assert_allclose(shared, [1 / 2 + 1 / 4, 1.0])
+    each_own = Baseline.of(RestTally.none(2).after(touches.select([0, 1, 2])), each=True, before=np.array([4.0, nan]))
+    np.testing.assert_allclose(each_own.shared_variance, [1 / 4, 0.0])
+    assert Baseline.of(tally).shared_variance is None
     given = touches.select(touches.in_contact).baseline_corrected([1.0, 2.0])
     assert given.rest_reads is None
     assert shared_rest_reads(touches.select([0, 1, 2])) is None

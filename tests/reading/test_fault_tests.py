@@ -87,6 +87,36 @@ def test_what_the_calibration_leaves_open_counts() -> None:
     )
 
 
+def test_the_error_of_a_rest_reading_counts_once_for_all_touches() -> None:
+    """Each element is off by one error in all touches: the variance of the sums is that of simulated errors."""
+    rng = np.random.default_rng(3)
+    direction, left, variance = rng.normal(size=(9, 3)), rng.normal(size=(9, 3, 2)), np.array([4.0, 0.25])
+    found = fault_tests.with_rest_errors(lambda _: np.array([1.0, 2.0, 3.0]), left, variance)(direction)
+    errors = np.sqrt(variance) * rng.standard_normal((200_000, 2))
+    sums = np.einsum("ta,tai,ni->na", direction, left, errors)
+    # the relative standard error of a variance from 200,000 draws is 0.3 per cent
+    np.testing.assert_allclose(found, np.array([1.0, 2.0, 3.0]) + sums.var(axis=0), rtol=0.013)
+
+
+@pytest.mark.parametrize(("size", "faulty"), [(3.9, False), (4.1, True)])
+def test_readings_that_are_off_alike_by_the_rest_reading_do_not_scatter(size: float, faulty: bool) -> None:
+    """The error of the rest reading has three sd of a reading; one of three elements is off by so many sd of it."""
+    score = 10 * np.where(np.arange(20) % 2, -1.0, 1.0)[:, None] * np.ones(4)
+    score[:, 0] = size * 3 * 10
+    made = misfit(
+        20,
+        score=score,
+        information=np.full((20, 4), 100.0),
+        signal=np.zeros((20, 4)),
+        signal_sd=np.zeros((20, 4)),
+        shared=lambda _: np.full(4, np.inf),
+        discrepancy=np.zeros(4),
+        scale=np.full(4, 10.0),
+        rest_variance=np.full(3, 0.3**2),
+    )
+    assert fault_tests.tested(made).faulty.tolist() == [faulty, False, False, False]
+
+
 @pytest.mark.parametrize(("signals", "tells"), [(2, False), (3, True)])
 def test_three_signals_tell_a_gain(signals: int, tells: bool) -> None:
     """Signals of a fifth of the peak and less are none, of either sign."""
@@ -226,6 +256,10 @@ def test_standard_deviation_of_a_gain() -> None:
     made.signal_sd[:, 0] = 1.0
     found = named(0, np.array([8.6, 17.8]), made)
     assert found.value == pytest.approx((4 * 8.6 + 8 * 17.8) / (80 - 2))
+    made.signal_sd[:, 0] = 0.0
+    # A rest reading that is off by 0.3 moves the gain by 0.3 (4 + 8)/80.
+    found = named(0, np.array([8.6, 17.8]), replace(made, rest_variance=np.array([0.09, 0.0])))
+    assert found.sd == pytest.approx(np.hypot(sd, 0.3 * 12 / 80))
     made.signal_sd[:, 0] = 9.0
     assert named(0, np.array([8.6, 17.8]), made).kind == "unlike"
 

@@ -154,6 +154,26 @@ def test_missing_readings_and_loads_are_no_faults(sound: tuple[Calibration, Touc
     assert found(infer(sound, readings=changed(sound, 3, np.nan))) == []
 
 
+def test_the_noise_of_one_rest_reading_is_no_fault(sound: tuple[Calibration, Touches]) -> None:
+    """Its noise, 1.7 % of a peak, is in all touches: of 16 elements, three were off by more than tolerance and chance.
+
+    A change of gain is still found beside it.
+    """
+    calibration, touches = sound
+    rest = touches.select(np.arange(touches.n_rows) == 0)
+    rng = np.random.default_rng(4)
+    for factor in (1.0, 1.0, 1.0, 1.25):
+        noise = 17.2 * rng.standard_normal((1, 16))
+        away = rest.with_(readings=noise, contact=np.zeros(1), load=np.zeros(1), touch=np.array([10**6]))
+        gains = np.where(np.arange(16) == 6, factor, 1.0)
+        table = joined_touches([away, touches.with_(readings=gains * touches.readings)])
+        notes = found(bayestouch.infer(table, calibration, method="importance", draws=64, workers=1))
+        if factor == 1:
+            assert notes == []
+        else:
+            assert len(notes) == 1 and "e07 reads 1." in notes[0]
+
+
 @pytest.mark.parametrize(("loads", "use_load"), [((600.0, 620.0), True), ((700.0, 800.0), False)])
 def test_touches_harder_than_the_prior_are_no_faults(
     sound: tuple[Calibration, Touches], loads: tuple[float, float], use_load: bool

@@ -22,7 +22,7 @@ from bayestouch.finger.reading.reader import (
 )
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.priors.parameters import Uniform
-from bayestouch.reading.fault_tests import SensorMisfit
+from bayestouch.reading.fault_tests import SensorMisfit, with_rest_errors
 
 # Smallest share of the information of a reading that must remain after the fit of the touch. With less, the other
 # columns do not predict the reading.
@@ -50,6 +50,8 @@ class FingerMisfit:
         The touches.
     typical_load : float
         Typical load, N/m.
+    rest_variance : (m,) array or None
+        Variance of the error that all touches share by the rest reading that was subtracted; None if there is none.
     """
 
     chain: CalibratedFinger
@@ -59,6 +61,7 @@ class FingerMisfit:
     reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
     readings: TouchReadings
     typical_load: float
+    rest_variance: FloatArray | None = None
 
     @property
     def columns(self) -> FloatArray:
@@ -95,7 +98,8 @@ class FingerMisfit:
         """The touches with the readings of the elements in another order."""
         touches = self.readings
         moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
-        return replace(self, readings=moved)
+        rest = None if self.rest_variance is None else self.rest_variance[order]
+        return replace(self, readings=moved, rest_variance=rest)
 
     def __call__(self, out: BoolArray) -> SensorMisfit:
         """Residuals of the touches, fitted without the columns `out`, a mask (m + 1,)."""
@@ -141,9 +145,10 @@ class FingerMisfit:
             information=np.where(determined, information, 0.0),
             signal=signal,
             signal_sd=np.sqrt(np.maximum(spread, 0.0)),
-            shared=self._shared(left, jacobian, covariance),
+            shared=with_rest_errors(self._shared(left, jacobian, covariance), left, self.rest_variance),
             discrepancy=self._discrepancy,
             scale=self.scale,
+            rest_variance=self.rest_variance,
         )
 
     def _beyond_priors(self, posterior: FingerPosterior, mode: FloatArray) -> BoolArray:

@@ -12,7 +12,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import components_of
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
-from bayestouch.reading.fault_tests import SensorMisfit
+from bayestouch.reading.fault_tests import SensorMisfit, with_rest_errors
 from bayestouch.sampling.laplace import damped_newton_steps
 
 # A reading is tested if the fit of its touch leaves more than this share of the information of the reading (as on a
@@ -38,6 +38,8 @@ class PadMisfit:
     in_order : callable
         The same touches with another `order`. Effects differ between elements: readings are exchanged before they are
         corrected.
+    rest_variance : (m,) array or None
+        Variance of the error that all touches share by the rest reading that was subtracted; None if there is none.
     """
 
     reader: PadReader
@@ -45,6 +47,7 @@ class PadMisfit:
     readings: TouchMeans
     order: IndexArray
     in_order: Callable[[IndexArray], TouchMeans]
+    rest_variance: FloatArray | None = None
 
     @property
     def columns(self) -> FloatArray:
@@ -76,7 +79,8 @@ class PadMisfit:
     def with_order(self, order: IndexArray) -> PadMisfit:
         """The touches with the readings of the elements in another order."""
         columns = self.order[order]
-        return replace(self, readings=self.in_order(columns), order=columns)
+        rest = None if self.rest_variance is None else self.rest_variance[order]
+        return replace(self, readings=self.in_order(columns), order=columns, rest_variance=rest)
 
     def __call__(self, out: BoolArray) -> SensorMisfit:
         """Residuals of the touches, fitted without the columns `out`, a mask (m + 1,)."""
@@ -117,15 +121,20 @@ class PadMisfit:
             changes = reader.changes(with_effects, x[:, None], np.arange(len(x)), signal[:, None])[:, 0, :, :-1]
             uncertain = uncertain + (changes**2).sum(axis=1)
         # Correlations of errors of the map between locations are not known here: full correlation is assumed.
-        shared = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
+        sd = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
+
+        def shared(direction: FloatArray) -> FloatArray:
+            return np.asarray((np.abs(direction) * sd).sum(axis=0) ** 2)
+
         return SensorMisfit(
             score=np.where(determined, weight * (values - rows), 0.0),
             information=np.where(determined, information, 0.0),
             signal=rows,
             signal_sd=np.sqrt(np.maximum(spread, 0.0)),
-            shared=lambda direction: np.asarray((np.abs(direction) * shared).sum(axis=0) ** 2),
+            shared=with_rest_errors(shared, left, self.rest_variance),
             discrepancy=self._discrepancy,
             scale=self.scale,
+            rest_variance=self.rest_variance,
         )
 
 

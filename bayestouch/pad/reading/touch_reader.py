@@ -174,14 +174,17 @@ class PadTouchReader:
         means = check.without_faulty(means)
         return means.without_load() if check.force_left_out else means
 
-    def fitted(self, touches: AveragedTouches, block: TouchMeans, some: IntArray) -> PadMisfit:
+    def fitted(
+        self, touches: AveragedTouches, block: TouchMeans, some: IntArray, rest_variance: FloatArray | None = None
+    ) -> PadMisfit:
         """Fits of some of the touches, for the check of the sensor."""
 
         def in_order(order: IndexArray) -> TouchMeans:
             return self._means(touches.piece.with_wires(order)).select(some)
 
         order = np.arange(block.n_elements)
-        return PadMisfit(self.sampler.reader, self.sampler.lattice, block.select(some), order, in_order)
+        sampler = self.sampler
+        return PadMisfit(sampler.reader, sampler.lattice, block.select(some), order, in_order, rest_variance)
 
     def without(self, check: SensorCheck) -> PadTouchReader:
         """The reader without the faulty columns of a check."""
