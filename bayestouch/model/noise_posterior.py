@@ -7,7 +7,7 @@ poor if a few samples have most of the variance. Here the own noise of each elem
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from bayestouch.effects.noise import NoiseEffect, Outliers
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.model.outlier_likelihood import OutlierLikelihood
+from bayestouch.model.whitening import spread_of_samples
 
 # Range of the own variance of an element over the variance of all its noise.
 OWN = (0.003, 3.0)
@@ -62,11 +63,11 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
     """
     scatter = TouchScatter.of(fitted)
     assert scatter is not None, "a candidate was found in repeats"
-    effect = found.effect
-    values, sd, own = noise_posterior(
-        terms_of(scatter, effect), effect, found.values, effect.own(scatter, found.values)
-    )
-    return FoundNoise(effect, values, sd, np.sqrt(own) * scatter.sd * fitted.model.peak)
+    effect, scale = found.effect, scatter.sd * fitted.model.peak
+    beside = fitted.noise.added.adds and bool(effect.added(found.values))
+    terms = terms_beside_others(fitted, effect, scale) if beside else terms_of(scatter, effect)
+    values, sd, own = noise_posterior(terms, effect, found.values, effect.own(scatter, found.values))
+    return FoundNoise(effect, values, sd, np.sqrt(own) * scale)
 
 
 def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
@@ -78,6 +79,31 @@ def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
     if isinstance(effect, Outliers):
         return OutlierLikelihood.of(scatter)
     return lambda values, own: scatter.weight @ effect.terms(scatter, values, own)
+
+
+def terms_beside_others(fitted: Fitted, effect: NoiseEffect, scale: FloatArray) -> Terms:
+    """The same of an effect that adds noise, where the model has noise of other effects; their values are kept.
+
+    Readings that are whitened by the noise so far do not have the distribution that `NoiseEffect.terms` describes: an
+    error that elements share is smaller there where the signal is large. The variances of all effects add up instead.
+    `scale` (m,) is the unit of the own noise.
+    """
+    observed, predicted = fitted.model.known, fitted.model.predict(fitted.vector)
+    deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
+    present = ~np.isnan(deviation) & (observed.means.pure_error_dof > 0)
+    deviation = np.where(present, deviation, 0.0)
+    count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
+    # k samples have k - 1 independent deviations.
+    free = (count - 1) / count
+
+    def terms(values: Values, own: FloatArray) -> FloatArray:
+        added = replace(fitted.noise.added, **effect.added(values))
+        noise = fitted.noise.with_(sd=np.sqrt(own) * scale, added=added)
+        spread = spread_of_samples(observed, noise, predicted.touches, present)
+        log_variance = np.where(present, 2 * np.log(spread.sd), 0.0).sum(axis=1) + np.log1p(spread.length2)
+        return np.array([-0.5 * (spread.squared_distance(deviation).sum() + free @ log_variance)])
+
+    return terms
 
 
 def noise_posterior(

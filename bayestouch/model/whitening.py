@@ -38,13 +38,10 @@ class Whitening:
         means = observed.means
         counts = np.where(np.isnan(means.readings), 0, means.counts)
         present = counts > 0
-        one = noise.own_variance(signal)
         variance = np.where(present, noise.mean_variance(signal, read_once(counts)), 1.0)
         root = inverse_root(variance, (by_load * noise.load_sd[:, None], *noise.shared_errors(counts)), present)
-        row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
-        row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)
-        shared = noise.shared_sd_of_sample(observed.weight)
-        return cls(root, row_sd, np.where(np.isfinite(row_sd), shared, 0.0))
+        samples = spread_of_samples(observed, noise, signal, ~np.isnan(observed.deviation))
+        return cls(root, samples.sd, samples.direction)
 
     @property
     def present(self) -> NDArray[np.bool_]:
@@ -79,6 +76,15 @@ class Whitening:
     def samples(self, rows: FloatArray) -> FloatArray:
         """Whitened deviations (..., n, m); zero where missing."""
         return DiagonalPlusRankOne(self.sample_sd, self.sample_shared).whiten(_known(rows))
+
+
+def spread_of_samples(
+    observed: Observations, noise: NoiseModel, signal: FloatArray, present: NDArray[np.bool_]
+) -> DiagonalPlusRankOne:
+    """Covariance of the deviation of each sample from the mean of its touch; signal (t, m), `present` (n, m)."""
+    sd = np.sqrt(noise.own_variance(signal)[observed.row_touch] / observed.weight[:, None])
+    sd = np.where(present, sd, np.inf)
+    return DiagonalPlusRankOne(sd, np.where(np.isfinite(sd), noise.shared_sd_of_sample(observed.weight), 0.0))
 
 
 def _known(rows: FloatArray) -> FloatArray:

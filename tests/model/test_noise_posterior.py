@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ from scipy.linalg import helmert
 
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import CommonModeNoise, NoiseEffect, Outliers, SignalDependentNoise
-from bayestouch.model.noise_posterior import noise_posterior, terms_of
+from bayestouch.model.base import Predicted
+from bayestouch.model.noise import AddedNoise, NoiseModel
+from bayestouch.model.noise_posterior import noise_posterior, terms_beside_others, terms_of
 from bayestouch.model.noise_search import TouchScatter
 
 TOUCHES, SAMPLES, M = 12, 4, 3
@@ -160,3 +164,39 @@ def test_what_samples_say_nothing_of_is_as_uncertain_as_its_prior() -> None:
     assert sd[1] < 0.35
     # 120 independent deviations of each element: their variance is known to 13 %.
     np.testing.assert_allclose(own, 1.0, atol=4 * 0.13)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "before"),
+    [
+        (SignalDependentNoise(), (0.03, 0.7), AddedNoise(common=0.04, common_shared=0.4)),
+        (CommonModeNoise(), (0.04, 0.4), AddedNoise(share=0.03, power=0.7)),
+    ],
+)
+def test_variances_of_two_effects_of_the_noise_add_up(effect: NoiseEffect, values: Values, before: AddedNoise) -> None:
+    """In either order of the effects: the normal density of contrasts; one element of a touch is missing."""
+    rng = np.random.default_rng(7)
+    samples, signal = rng.standard_normal((TOUCHES, SAMPLES, M)), rng.uniform(-0.2, 1.1, (TOUCHES, M))
+    samples[3, :, 1] = np.nan
+    known: Any = SimpleNamespace(
+        deviation=(samples - samples.mean(axis=1, keepdims=True)).reshape(-1, M),
+        row_touch=np.repeat(np.arange(TOUCHES), SAMPLES),
+        n_touches=TOUCHES,
+        weight=np.ones(TOUCHES * SAMPLES),
+        means=SimpleNamespace(pure_error_dof=np.ones(M)),
+    )
+    model: Any = SimpleNamespace(known=known, predict=lambda vector: Predicted(signal, None))
+    noise = NoiseModel(SD, np.ones(TOUCHES), PEAK, before)
+    fitted: Any = SimpleNamespace(model=model, vector=None, noise=noise)
+    own, scale = np.array([0.5, 0.8, 1.2]), np.array([0.3, 0.2, 0.1])
+    shared = 0.04 * PEAK**0.6 * PEAK.mean() ** 0.4
+    wanted = 0.0
+    for touch in range(TOUCHES):
+        some = ~np.isnan(samples[touch, 0])
+        grown = (0.03 * PEAK * np.abs(signal[touch] / PEAK) ** 0.7) ** 2
+        covariance = (np.diag(own * scale**2 + grown) + np.outer(shared, shared))[np.ix_(some, some)]
+        contrasts = CONTRASTS @ samples[touch][:, some]
+        wanted += stats.multivariate_normal(np.zeros(some.sum()), covariance).logpdf(contrasts).sum()
+        wanted += 0.5 * contrasts.size * np.log(2 * np.pi)
+    (found,) = terms_beside_others(fitted, effect, scale)(values, own)
+    assert found == pytest.approx(wanted, rel=1e-12)

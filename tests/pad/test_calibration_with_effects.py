@@ -114,3 +114,24 @@ def test_wrong_readings_among_first_samples_are_told_by_the_noise_of_the_others(
     np.testing.assert_allclose(made.noise.tactile_sd, design.noise_percent_peak / 100 * design.peak_reading, rtol=0.1)
     for samples in (1, 3):
         assert rms[("creep", "outliers"), samples] < 1.25 * rms[("creep",), samples]
+
+
+@pytest.mark.parametrize("last", [1, -1])
+def test_noise_of_a_pad_with_two_effects_of_the_noise(last: int) -> None:
+    """Own noise 10, beside an error of 20 that all share and one of 30 at the peak; it was 12.2 and 12.6 on average."""
+    design = bayestouch.PadDesign(
+        element_x_mm=(0.0, 6.0, 12.0, 18.0),
+        element_y_mm=None,
+        samples_per_touch=8,
+        calibration_step_mm=0.5,
+        n_touches=2,
+    )
+    sizes = {"common_mode_noise": 0.02, "signal_dependent_noise": 0.03}
+    data = bayestouch.simulate(design, effects=sizes, seed=3).dataset
+    model = StatedModel("pad", "", tuple((name, {}) for name in tuple(sizes)[::last]))
+    made = bayestouch.calibrate(data, kernel="layer", e_map="model", model=model, draws=20)
+    # In five simulations, the mean over the four elements is 9.9 to 10.3.
+    assert made.noise.tactile_sd.mean() == pytest.approx(10.0, abs=0.6)
+    # Standard deviations of these sizes in five simulations: 0.001 and 0.002.
+    assert made.mode["common_mode_noise_sd"] == pytest.approx(0.02, abs=0.003)
+    assert made.mode["signal_dependent_noise_share"] == pytest.approx(0.03, abs=0.006)
