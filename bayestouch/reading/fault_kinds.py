@@ -30,12 +30,15 @@ class ColumnFault:
         misfit).
     value, sd : float
         Size of the fault as `kind` defines it, and its standard deviation.
+    since : int or None
+        Number of the touch from which a column is stuck; None if it is at all touches.
     """
 
     column: int
     kind: Kind
     value: float = np.nan
     sd: float = np.nan
+    since: int | None = None
 
 
 def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:

@@ -83,7 +83,8 @@ def _element(fault: ColumnFault) -> str:
         case "dead":
             return "does not follow the touches (dead)"
         case "stuck":
-            return f"reads the same ({fault.value:.4g}) at every touch (stuck)"
+            when = "at every touch" if fault.since is None else f"from touch {fault.since} on"
+            return f"reads the same ({fault.value:.4g}) {when} (stuck)"
         case "gain":
             change = f"{fault.value:.3g} ± {fault.sd:.1g} times"
             return f"reads {change} what the calibration and the other elements say (its gain has changed)"

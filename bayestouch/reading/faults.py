@@ -13,10 +13,11 @@ from typing import Protocol
 
 import numpy as np
 
-from bayestouch.array_types import BoolArray, FloatArray, IndexArray
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray, IntArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.reading.fault_kinds import ColumnFault, named
 from bayestouch.reading.fault_tests import ColumnTests, SensorMisfit, tested
+from bayestouch.reading.stopped import stopped_at
 
 #: Largest share of the elements that is left out. With more faults, the calibration does not fit the readings at all.
 LARGEST_SHARE = 1 / 3
@@ -32,6 +33,11 @@ ABSURD = 100.0
 
 class FittedTouches(Protocol):
     """Touches that can be fitted without some of the columns; the last column is the force sensor."""
+
+    @property
+    def touch(self) -> IntArray:
+        """Number of each touch, (t,)."""
+        ...
 
     @property
     def columns(self) -> FloatArray:
@@ -129,8 +135,8 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
         fitted, order = fitted.with_order(swap), order[swap]
         out[list(pair)] = False
         out = _readmitted(fitted, out)  # columns that misfitted only because of the swapped wires
-    misfit, columns = fitted(out), fitted.columns
-    faults = tuple(named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
+    misfit = fitted(out)
+    faults = _named(fitted, out, misfit)
     if any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
         # no factor corrects the force sensor: more likely each element has a fault of its own
         return _check_of_whole(fitted)
@@ -156,31 +162,52 @@ def _check_of_whole(fitted: FittedTouches) -> SensorCheck:
             continue
         misfit = turned(out)
         if _root_mean_squares(misfit)[1] < 0.5 * excess:
-            columns = np.flatnonzero(out)
-            faults = tuple(named(int(column), turned.columns[:, column], misfit) for column in columns)
-            return SensorCheck(faults, other, 1.0, t)
+            return SensorCheck(_named(turned, out, misfit), other, 1.0, t)
     return SensorCheck((), order, excess, t)
 
 
 def _columns_to_leave_out(fitted: FittedTouches) -> BoolArray | None:
     """Columns (k,) to leave out so that the others agree; None if there are too many."""
     k = fitted.columns.shape[1]
-    absurd = _absurd(fitted)
-    out = absurd.copy()
-    largest = max(1, int(LARGEST_SHARE * (k - 1)))
-    if absurd.sum() > largest:
+    broken = _broken(fitted)
+    out = broken.copy()
+    largest = _most(k)
+    if broken.sum() > largest:
         return None
     while (tests := _failed_tests(fitted, out)) is not None:
         out[_worst(fitted, out, tests)] = True
         if out[:-1].sum() > largest:
             return None
-    return absurd | _readmitted(fitted, out) if out.sum() > 1 else out
+    return broken | _readmitted(fitted, out) if out.sum() > 1 else out
 
 
-def _absurd(fitted: FittedTouches) -> BoolArray:
-    """Mask (k,) of elements with a reading that no touch makes."""
+def _most(k: int) -> int:
+    """Largest number of elements that are left out, of k columns."""
+    return max(1, int(LARGEST_SHARE * (k - 1)))
+
+
+def _broken(fitted: FittedTouches) -> BoolArray:
+    """Mask (k,) of elements with a reading that no touch makes, or with one that stays the same from a touch on."""
     largest = ABSURD * fitted.scale[:-1].max()
-    return np.append((np.abs(fitted.columns[:, :-1]) > largest).any(axis=0), False)
+    absurd = np.append((np.abs(fitted.columns[:, :-1]) > largest).any(axis=0), False)
+    return absurd | (_stopped_at(fitted) < len(fitted.columns))
+
+
+def _stopped_at(fitted: FittedTouches) -> IndexArray:
+    columns = fitted.columns
+    return stopped_at(columns, fitted.scale, fitted, _most(columns.shape[1]))
+
+
+def _named(fitted: FittedTouches, out: BoolArray, misfit: SensorMisfit) -> tuple[ColumnFault, ...]:
+    """Faults of the columns in `out`."""
+    columns, stopped = fitted.columns, _stopped_at(fitted)
+
+    def fault(column: int) -> ColumnFault:
+        if stopped[column] < len(columns):
+            return ColumnFault(column, "stuck", float(columns[-1, column]), since=int(fitted.touch[stopped[column]]))
+        return named(column, columns[:, column], misfit)
+
+    return tuple(fault(int(column)) for column in np.flatnonzero(out))
 
 
 def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
@@ -217,7 +244,7 @@ def _worst(fitted: FittedTouches, out: BoolArray, tests: ColumnTests) -> int:
 def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
     """Two elements, one of them in `out`, that agree with all others if their readings are exchanged; None if none."""
     m = len(out) - 1
-    suspects = out[:m] & ~_absurd(fitted)[:m]
+    suspects = out[:m] & ~_broken(fitted)[:m]
     if not suspects.any():
         return None
     without_information = np.isnan(tested(fitted(out)).gain[:m]) & ~out[:m]

@@ -288,6 +288,8 @@ def test_faults_in_words() -> None:
     assert found.left_out.tolist() == [True] * 4 and found.force_left_out and not found.sound
     wanted = {"touches_checked": 200.0, "elements_left_out": "e01 e02 e03 e04", "force_sensor": "left out"}
     assert fault_settings(found) == wanted | {"noise_widened": 2.25}
+    (late,) = fault_notes(check(ColumnFault(1, "stuck", 0.0, since=121)), "N")
+    assert late == f"{begin}e02 reads the same (0) from touch 121 on (stuck) and is left out"
     other = fault_notes(check(ColumnFault(4, "stuck", 1.0), ColumnFault(2, "unlike")), "N")
     assert "force sensor does not follow the touches (stuck) and is left out: loads are inferred" in other[0]
     assert other[1] == f"{begin}e03 does not agree with the other elements and is left out"

@@ -85,6 +85,18 @@ def test_a_faulty_element_is_named_and_left_out(sound: tuple[Calibration, Touche
     assert (result.rows.counts[:, 6] == 0).all()
 
 
+@pytest.mark.parametrize(("first", "value"), [(46, 0.0), (80, 0.0), (70, 250.0)])
+def test_an_element_that_dies_is_named_with_its_touch(
+    sound: tuple[Calibration, Touches], first: int, value: float
+) -> None:
+    """One touch in four is so near to the element that it reads a fifth of its peak."""
+    touches = sound[1]
+    when = np.unique(touches.touch)[first]
+    result = infer(sound, readings=changed(sound, 8, np.where(touches.touch >= when, value, touches.readings[:, 8])))
+    note = f"e09 reads the same ({value:.4g}) from touch {when} on (stuck) and is left out"
+    assert found(result) == [f"sensor check (92 touches): {note}"]
+
+
 @pytest.mark.parametrize("value", [1e6, 1e9, 1e30, -1e30])
 def test_one_absurd_reading_is_a_fault_of_its_element(sound: tuple[Calibration, Touches], value: float) -> None:
     touches = sound[1]

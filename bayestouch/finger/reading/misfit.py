@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import CalibrationCovariance, reading_covariance
 from bayestouch.finger.reading.modes import POOR, difference_steps, find_modes, hessian_at
@@ -50,6 +50,8 @@ class FingerMisfit:
         The touches.
     typical_load : float
         Typical load, N/m.
+    touch : (t,) array
+        Number of each touch.
     rest_variance : (m,) array or None
         Variance of the error that all touches share by the rest reading that was subtracted; None if there is none.
     """
@@ -61,6 +63,7 @@ class FingerMisfit:
     reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
     readings: TouchReadings
     typical_load: float
+    touch: IntArray
     rest_variance: FloatArray | None = None
 
     @property

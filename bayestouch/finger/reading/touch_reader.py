@@ -196,11 +196,20 @@ class FingerTouchReader:
         self, touches: AveragedTouches, block: FingerTouches, some: IntArray, rest_variance: FloatArray | None = None
     ) -> FingerMisfit:
         """Fits of some of the touches for the check of the sensor, with the uniform prior of R."""
-        sampler, readings = self.sampler, block.select(some).readings.with_independent_loads()
+        sampler, chosen = self.sampler, block.select(some)
+        readings = chosen.readings.with_independent_loads()
         covariance = self.covariance if readings.context is None else readings.context.covariance
         priors = IndenterPriors.of(sampler.chain, self.typical_load)
         return FingerMisfit(
-            sampler.chain, sampler.table, priors, sampler.noise, covariance, readings, self.typical_load, rest_variance
+            sampler.chain,
+            sampler.table,
+            priors,
+            sampler.noise,
+            covariance,
+            readings,
+            self.typical_load,
+            chosen.means.touch,
+            rest_variance,
         )
 
     def without(self, check: SensorCheck) -> FingerTouchReader:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayestouch.array_types import BoolArray, FloatArray, IndexArray
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray, IntArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import components_of
 from bayestouch.pad.reading.lattice import Lattice
@@ -48,6 +48,11 @@ class PadMisfit:
     order: IndexArray
     in_order: Callable[[IndexArray], TouchMeans]
     rest_variance: FloatArray | None = None
+
+    @property
+    def touch(self) -> IntArray:
+        """Number of each touch, (t,)."""
+        return self.readings.touch
 
     @property
     def columns(self) -> FloatArray:

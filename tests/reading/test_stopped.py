@@ -1,0 +1,72 @@
+"""Elements that stop in the middle of a table, by hand: three elements and a force sensor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.reading import stopped
+from bayestouch.reading.fault_tests import SensorMisfit
+from bayestouch.reading.stopped import same_since, stopped_at
+
+SCALE = np.array([10.0, 10.0, 10.0, 1.0])
+T = 30
+
+
+def table(first: int, value: float = 0.0) -> np.ndarray:
+    """Readings of 3 to 9; the second element reads `value` from touch `first` on, and every load is the same."""
+    columns = np.tile(3.0 + 3 * np.arange(3.0), 10)[:, None] + np.zeros(4)
+    columns[:, 3] = 1.0
+    columns[first:, 1] = value
+    return columns
+
+
+def fitted(signal: np.ndarray, sd: float = 0.0) -> Any:
+    def fit(out: np.ndarray) -> SensorMisfit:
+        assert out.tolist() == [False, True, False, False], "the element in doubt says nothing of the touches"
+        nothing = np.zeros((T, 4))
+        return SensorMisfit(nothing, nothing, signal, np.full((T, 4), sd), lambda _: np.zeros(4), np.zeros(4), SCALE)
+
+    return fit
+
+
+def test_settings() -> None:
+    assert stopped.SAME == 1e-9
+
+
+def test_from_which_touch_a_column_reads_the_same() -> None:
+    rows = np.array(
+        [[1.0, 2.0, 5.0, 3.0], [4.0, 2.0, 5.0, np.nan], [4.0, 2.0 + 1e-9, 6.0, 3.0], [4.0, 2.0, 5.0, np.nan]]
+    )
+    np.testing.assert_array_equal(same_since(rows, SCALE), [1, 0, 3, 4])
+
+
+@pytest.mark.parametrize(
+    ("first", "value", "sd", "at"),
+    [
+        (20, 0.0, 0.0, 20),
+        (22, 0.0, 0.0, 22),
+        (23, 0.0, 0.0, T),  # seven touches are too few
+        (0, 0.0, 0.0, T),  # all touches: it is stuck throughout
+        # from touch 20 on there are three readings of 3 and 6, four of 9: at a value of 4.5 all but 9 are within a fifth
+        (20, 4.5, 0.0, 20),
+        (20, 4.5, 1.3, T),  # 9 - 4.5 is less than twice the sd and a fifth of the peak
+    ],
+)
+def test_an_element_stops_where_the_others_say_that_it_should_read_something_else(
+    first: int, value: float, sd: float, at: int
+) -> None:
+    found = stopped_at(table(first, value), SCALE, fitted(table(T), sd), 1)
+    assert found.tolist() == [T, at, T, T]
+
+
+def test_copies_of_the_last_touch_are_no_fault() -> None:
+    columns = table(T)
+    columns[20:] = columns[20]
+
+    def never(out: np.ndarray) -> SensorMisfit:
+        raise AssertionError("nothing is left to compare with")
+
+    assert stopped_at(columns, SCALE, never, 1).tolist() == [T] * 4
