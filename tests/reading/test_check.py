@@ -83,7 +83,7 @@ def test_touches_with_two_readings_more_than_unknowns_are_checked(
 ) -> None:
     """Without one of n readings, n - 1 are to be more than the unknowns; of 20 touches, the first few have loads."""
 
-    def fitted(_touches: Any, _block: Any, some: np.ndarray) -> Any:
+    def fitted(_touches: Any, _block: Any, some: np.ndarray, _rest_variance: Any = None) -> Any:
         load = np.where(np.arange(20) < loads, 1.0, np.nan)
         return SimpleNamespace(columns=np.column_stack([np.ones((20, elements)), load])[some])
 

@@ -37,10 +37,8 @@ def test_settings() -> None:
 
 
 def test_from_which_touch_a_column_reads_the_same() -> None:
-    rows = np.array(
-        [[1.0, 2.0, 5.0, 3.0], [4.0, 2.0, 5.0, np.nan], [4.0, 2.0 + 1e-9, 6.0, 3.0], [4.0, 2.0, 5.0, np.nan]]
-    )
-    np.testing.assert_array_equal(same_since(rows, SCALE), [1, 0, 3, 4])
+    columns = [[1.0, 4.0, 4.0, 4.0], [2.0, 2.0, 2.0 + 1e-9, 2.0], [5.0, 5.0, 6.0, 5.0], [3.0, np.nan, 3.0, np.nan]]
+    np.testing.assert_array_equal(same_since(np.array(columns).T, SCALE), [1, 0, 3, 4])
 
 
 @pytest.mark.parametrize(
@@ -50,7 +48,7 @@ def test_from_which_touch_a_column_reads_the_same() -> None:
         (22, 0.0, 0.0, 22),
         (23, 0.0, 0.0, T),  # seven touches are too few
         (0, 0.0, 0.0, T),  # all touches: it is stuck throughout
-        # from touch 20 on there are three readings of 3 and 6, four of 9: at a value of 4.5 all but 9 are within a fifth
+        # from touch 20 on there are three readings of 3 and 6, four of 9: only 9 is not within a fifth of 4.5
         (20, 4.5, 0.0, 20),
         (20, 4.5, 1.3, T),  # 9 - 4.5 is less than twice the sd and a fifth of the peak
     ],
