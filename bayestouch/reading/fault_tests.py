@@ -96,7 +96,7 @@ class SensorMisfit:
 def with_rest_errors(
     shared: Callable[[FloatArray], FloatArray], left: FloatArray, rest_variance: FloatArray | None
 ) -> Callable[[FloatArray], FloatArray]:
-    """`SensorMisfit.shared` with the error of the rest reading, by which the readings of an element are off alike.
+    """`SensorMisfit.shared` with the error of the rest reading, by which all readings of an element are off.
 
     `left` (t, k, m) is the derivative of each column's score over each reading; `rest_variance` (m,) is the variance of
     the error, None if there is none.
