@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.diagnosis.comparison import is_clear
 from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.diagnosis.shared_drift import LOAD_ALONE, blocks_of_drift, by_block
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Worse
@@ -81,8 +82,24 @@ def worse_quantities_of(before: EvaluatedModel, after: EvaluatedModel, *, believ
     if before.held_out is not None and after.held_out is not None:
         first_density, last_density = _densities(before.held_out, after.held_out)
         if _larger(first_density - last_density):
-            out.append(Worse(DENSITY, float(first_density.mean()), float(last_density.mean())))
+            out += densities_as_worse(before, after)
     return tuple(out)
+
+
+def densities_as_worse(before: EvaluatedModel, after: EvaluatedModel) -> tuple[Worse, ...]:
+    """The mean log densities of held-out touches, whichever is larger; empty if no touches were held out."""
+    if before.held_out is None or after.held_out is None:
+        return ()
+    first, last = _densities(before.held_out, after.held_out)
+    return (Worse(DENSITY, float(first.mean()), float(last.mean())),)
+
+
+def predicts_better(before: HeldOut | None, after: HeldOut | None) -> bool:
+    """Whether the second model predicts the readings of held-out touches clearly better (`ERRORS` standard errors)."""
+    if before is None or after is None:
+        return False
+    first, last = _densities(before, after)
+    return is_clear(last - first)
 
 
 def references_believed(rounds: tuple[SearchRound, ...], remaining: Remaining, names: Iterable[str]) -> bool:

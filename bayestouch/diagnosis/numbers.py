@@ -75,7 +75,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
     }
     if traced.corrected is not None and traced.corrected.correction is not None:
         numbers["correction"] = {
-            "before": _errors(traced.explained),
+            "before": _errors(traced.uncorrected),
             "after": _errors(traced.corrected),
             "sizes_percent_peak": {k: 100 * v for k, v in traced.corrected.correction.sizes.items()},
         }
@@ -162,7 +162,7 @@ def _noise_floor(traced: Traced) -> float | None:
 
     It is computed with the effects of the model that is returned, because changes during a touch are not noise.
     """
-    held = (traced.explained if traced.after is traced.corrected else traced.after).held_out
+    held = traced.tested.held_out
     return held.floor_percent_peak if held is not None and _has_repeats(traced) else None
 
 

@@ -46,7 +46,7 @@ class EvaluatedModel(Summarised):
 
 @dataclass(frozen=True)
 class Worse:
-    """A quantity that a model reads worse than the model without effects does.
+    """A quantity that a model reads worse than one with fewer effects does.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Refused:
     model : EvaluatedModel
         The model.
     worse : tuple of Worse
-        The quantities that it reads worse; not empty.
+        The quantities that it reads worse than the model without effects, or than the one that is returned; not empty.
     believed : bool
         Whether errors are against references as the model corrects them; else as the data set states them.
     """
@@ -99,14 +99,15 @@ class Traced(Summarised):
         Effects with their values, in the order in which they were added.
     before, explained : EvaluatedModel
         Models without effects, and with those that were found; the same object if none was found.
-    corrected : EvaluatedModel or None
-        Model with a correction in addition, if structure without a known cause remains.
+    uncorrected, corrected : EvaluatedModel
+        A model without and with a correction, if structure without a known cause remains; `corrected` is None if there
+        is no correction. They are those of the model that is returned if it has one, else those with all effects.
     remaining : Remaining
         Misfit that the effects do not explain.
     after : EvaluatedModel
-        Best model that reads no quantity worse than the model without effects; see `bayestouch.diagnosis.harm`.
+        Best model that reads no quantity worse than the model without effects; see `bayestouch.diagnosis.stages`.
     refused : tuple of Refused
-        Better predictions of readings that are not returned, because they read a quantity worse.
+        Models with more effects that are not returned, because they read a quantity worse.
     advice : Advice or None
         Advice on what to measure if two effects are indistinguishable.
     """
@@ -117,6 +118,7 @@ class Traced(Summarised):
     added: tuple[AddedEffect, ...]
     before: EvaluatedModel
     explained: EvaluatedModel
+    uncorrected: EvaluatedModel
     corrected: EvaluatedModel | None
     remaining: Remaining
     after: EvaluatedModel
@@ -124,8 +126,11 @@ class Traced(Summarised):
     advice: Advice | None = None
 
     @property
+    def tested(self) -> EvaluatedModel:
+        """The model that is returned, without its correction."""
+        return self.uncorrected if self.after is self.corrected else self.after
+
+    @property
     def returned(self) -> LackOfFit:
         """Test of the model that is returned, without its correction."""
-        if self.after is self.corrected:
-            return self.remaining.after
-        return lack_of_fit(self.after.fitted, self.after.held_out)
+        return lack_of_fit(self.tested.fitted, self.tested.held_out)

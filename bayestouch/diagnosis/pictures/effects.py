@@ -36,13 +36,14 @@ def effect_pictures(traced: Traced) -> Iterator[Picture]:
             before,
             after,
         )
-    if traced.corrected is not None and traced.corrected.held_out is not None and steps:
+    corrected = None if traced.corrected is None else traced.corrected.held_out
+    if corrected is not None and traced.uncorrected.held_out is not None:
         yield three_maps(
             "correction",
             "Correction without a cause, by element and location",
             "what the correction does\n(prediction with − without)",
-            steps[-1],
-            traced.corrected.held_out,
+            traced.uncorrected.held_out,
+            corrected,
         )
     if len(steps) == 1 and traced.corrected is None:
         yield one_map(steps[0])
