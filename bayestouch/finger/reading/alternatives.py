@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.finger.reading.cells import cells_proposal
 from bayestouch.finger.reading.conditional_modes import conditional_modes, root_of_inverse
 from bayestouch.finger.reading.even_points import EvenPoints
@@ -33,6 +33,10 @@ LARGEST_K = 0.7
 NEGLIGIBLE = -10.0
 # Share of the proposals that is divided equally among all alternatives, in case an evidence is wrong.
 EVEN_SHARE = 0.02
+# Log ratio of posterior and proposal at which the proposal leaves a point out: a good proposal stays below a third of
+# it, in its tails too. And log probability of such points that counts: at 100 sd from the mode, 1 % doubles the sd of
+# the location ten times, and 0.03 % doubles it once.
+THIN, LEFT_OUT = 3.0, -8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +190,32 @@ def propose_places(posterior: FingerPosterior, modes: Sequence[tuple[FloatArray,
     log_share = 3 * np.logaddexp.reduce(weight, axis=2) - np.logaddexp.reduce(2 * weight, axis=2)
     share = np.exp(log_share - np.logaddexp.reduce(log_share, axis=0)).T
     return AlternativesProposal(parts, (1 - EVEN_SHARE) * share + EVEN_SHARE / len(parts))
+
+
+def missed(posterior: FingerPosterior, modes: Sequence[tuple[FloatArray, FloatArray]]) -> BoolArray:
+    """Whether the proposals about the first of the modes leave out a part of the posterior of a touch, (t,).
+
+    The weights of draws do not show this: they are even if all draws are at one of two places. The points of the
+    proposals about the other modes show it, where the posterior is much higher than the proposal.
+
+    Parameters
+    ----------
+    posterior, modes
+        As in `propose_places`.
+    """
+    first = _about_mode(posterior, *modes[0])
+    known = np.stack([_log_evidence(posterior, part)[0] for part in first])
+    total = np.logaddexp.reduce(known, axis=0)
+    out = np.zeros(len(total), dtype=bool)
+    for mode, hessian in modes[1:]:
+        for part in _about_mode(posterior, mode, hessian):
+            x, log_q = part.draw(EvenPoints(part.n_blocks), EVIDENCE_POINTS)
+            log_density = posterior.log_density(x, np.arange(part.n_blocks))
+            covered = [share[:, None] + each.log_density(x) for share, each in zip(known, first, strict=True)]
+            beyond = log_density > np.logaddexp.reduce(covered, axis=0) + THIN
+            share = np.where(beyond, log_density - log_q, -np.inf)
+            out |= np.logaddexp.reduce(share, axis=1) - np.log(EVIDENCE_POINTS) > total + LEFT_OUT
+    return out
 
 
 def _about_mode(posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray) -> list[BlockProposal]:

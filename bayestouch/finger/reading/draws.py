@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.chain.noise import Noise
-from bayestouch.finger.reading.alternatives import propose_alternatives, propose_places, search_prior
-from bayestouch.finger.reading.elsewhere import distant_places, fits_as_well
-from bayestouch.finger.reading.modes import find_modes, hessian_at, with_whitener
+from bayestouch.finger.reading.alternatives import missed, propose_alternatives, propose_places, search_prior
+from bayestouch.finger.reading.elsewhere import branches, distant_places, fits_as_well
+from bayestouch.finger.reading.modes import find_modes, hessian_at, matches, other_places, with_whitener
 from bayestouch.finger.reading.modulus import RadiusOverModulus
 from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import (
@@ -160,14 +160,29 @@ class FingerSampler:
             posterior = with_whitener(posterior, full_whitener(self.noise, some, covariance))
             posterior = with_noise_of_signal(posterior, mode, self.noise, covariance)
             mode = find_modes(posterior, mode)
-        place = distant_places(posterior, mode)
-        elsewhere = fits_as_well(posterior, mode, place)
-        if not elsewhere.all():
-            near = np.flatnonzero(~elsewhere)
+        matched = list(matches(posterior))
+        others = other_places(posterior, mode, matched)
+        several = np.zeros(len(rows), dtype=bool)
+        count = np.isfinite(others[:, :, 0]).sum(axis=1)
+        for n in np.unique(count[count > 0]):
+            hopeful = np.flatnonzero(count == n)
+            search = posterior.select(hopeful)
+            modes = branches(search, mode[hopeful], others[hopeful, :n])
+            at_several = np.flatnonzero(missed(replace(search, priors=self.drawn_priors), modes))
+            if len(at_several):
+                several[hopeful[at_several]] = True
+                modes = [(each[at_several], hessian[at_several]) for each, hessian in modes]
+                yield self._at_places(rows[hopeful[at_several]], search.select(at_several), modes)
+        place = distant_places(posterior, mode, matched)
+        elsewhere = fits_as_well(posterior, mode, place) & ~several
+        near = np.flatnonzero(~elsewhere & ~several)
+        if len(near):
             yield self._at_one_place(rows[near], posterior.select(near), mode[near])
         if elsewhere.any():
             far = np.flatnonzero(elsewhere)
-            yield self._at_places(rows[far], posterior.select(far), mode[far], place[far])
+            search = posterior.select(far)
+            modes = [(each, hessian_at(search, each)) for each in (mode[far], find_modes(search, place[far]))]
+            yield self._at_places(rows[far], search, modes)
 
     def _at_one_place(self, rows: IndexArray, search: FingerPosterior, mode: FloatArray) -> FingerGroup:
         """Group of touches whose posterior, that of the `search`, has one mode (t, 3)."""
@@ -180,9 +195,10 @@ class FingerSampler:
             proposal, log_probability = profile_proposal(posterior, mode, hessian), None
         return FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener, self.modulus)
 
-    def _at_places(self, rows: IndexArray, search: FingerPosterior, mode: FloatArray, place: FloatArray) -> FingerGroup:
-        """Group of touches with a mode (t, 3) that may also be at other locations, e.g. at a place (t, 3)."""
-        modes = [(each, hessian_at(search, each)) for each in (mode, find_modes(search, place))]
+    def _at_places(
+        self, rows: IndexArray, search: FingerPosterior, modes: Sequence[tuple[FloatArray, FloatArray]]
+    ) -> FingerGroup:
+        """Group of touches that may be at several locations: modes (t, 3) of the `search` and Hessians (t, 3, 3)."""
         posterior = replace(search, priors=self.drawn_priors)
         log_probability = None
         if isinstance(self.priors.radius, RadiusOfTips):

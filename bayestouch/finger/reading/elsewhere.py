@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.finger.reading.modes import matches
+from bayestouch.finger.reading.modes import Match, find_modes, hessian_at, moved_inside
 from bayestouch.finger.reading.reader import FingerPosterior
 
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
 APART, AS_WELL = np.radians(6.0), 8.0
 
 
-def distant_places(posterior: FingerPosterior, mode: FloatArray) -> FloatArray:
-    """Place (w, θ_c, P), (t, 3), farther than `APART` from the mode (t, 3) of each touch, that fits best."""
-    low, high = posterior.priors.location.support
-    lightest, hardest = posterior.priors.load.support
+def distant_places(posterior: FingerPosterior, mode: FloatArray, matched: Sequence[Match]) -> FloatArray:
+    """Place (w, θ_c, P), (t, 3), farther than `APART` from the mode (t, 3) of each touch, that fits best.
+
+    `matched` are the `matches` of the posterior.
+    """
     out, best = mode.copy(), np.full(len(mode), np.inf)
-    for w, angles, load, misfit in matches(posterior):
+    for w, angles, load, misfit, _ in matched:
         # On a finger that is a full ring, both ends of the prior are one location.
         off = (angles - mode[:, 1:2] + np.pi) % (2 * np.pi) - np.pi
         misfit = np.where(np.abs(off) > APART, misfit, np.inf)
@@ -26,10 +29,7 @@ def distant_places(posterior: FingerPosterior, mode: FloatArray) -> FloatArray:
         better = misfit[rows, k] < best
         best = np.where(better, misfit[rows, k], best)
         out[better] = np.stack([np.full(len(k), w), angles[k], load[rows, k]], axis=1)[better]
-    out[:, 1] = np.clip(out[:, 1], low + 1e-6, high - 1e-6)
-    out[:, 2] = np.clip(out[:, 2], lightest + 1e-6, hardest - 1e-6)
-    # As in the search for modes: the draws must not depend on the number of touches.
-    return out.astype(np.float32).astype(np.float64)
+    return moved_inside(posterior, out)
 
 
 def fits_as_well(posterior: FingerPosterior, mode: FloatArray, place: FloatArray) -> BoolArray:
@@ -40,3 +40,23 @@ def fits_as_well(posterior: FingerPosterior, mode: FloatArray, place: FloatArray
     miss = np.nan_to_num((x[..., 2] - posterior.touches.load[:, None]) / posterior.touches.load_sd[:, None])
     misfit += miss**2
     return np.asarray(misfit[:, 1] - misfit[:, 0] < 2 * AS_WELL)
+
+
+def branches(posterior: FingerPosterior, mode: FloatArray, places: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Where a touch may be, as centres (t, 3) and Hessians (t, 3, 3): about its mode, and by way of its other places.
+
+    From each of the `other_places` (t, k, 3) a search leads to a mode, another one or that which is known. In the
+    second case, for radii other than that of the mode, the location may still have a mode near the other place: both
+    sides of an element come together at one radius. So there is a branch about the mode that is found, and one with its
+    range of w that starts at the other place for every w.
+    """
+    out = [(mode, hessian_at(posterior, mode))]
+    for k in range(places.shape[1]):
+        start = places[:, k]
+        found = find_modes(posterior, start)
+        hessian = hessian_at(posterior, found)
+        level = hessian.copy()
+        level[:, 0, 0] = 1 / np.linalg.inv(hessian)[:, 0, 0]
+        level[:, 0, 1:] = level[:, 1:, 0] = 0.0
+        out += [(found, hessian), (np.concatenate([found[:, :1], start[:, 1:]], axis=1), level)]
+    return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.reading.reader import FingerPosterior
 from bayestouch.sampling.laplace import damped_newton_steps
+
+#: One of the `matches`: w, locations (a,), rad, best load (t, a), misfit (t, a), squares of the strongest touch (t,).
+Match = tuple[float, FloatArray, FloatArray, FloatArray, FloatArray]
 
 # Radii at which the location is searched, relative to the range from the sharpest indenter (an edge) to the bluntest.
 START_SHARES = np.array([0.05, 0.35, 0.65, 0.93])
@@ -24,6 +27,15 @@ KEPT = 2
 # where the place is right, and a few where the calibration errs.
 POOR = 4.0
 MAX_ITERATIONS = 40
+# Another place may be the right one if it leaves less than this share unexplained: of the squares of the readings, or
+# of those of the strongest touch, since a touch beside the elements has hardly any readings. With three elements the
+# other side of one leaves 2 % or less; with seven or more, 9° apart, one touch in 500 has a place that leaves 5 %.
+UNEXPLAINED = 0.05
+# Number of other places that are looked at, and distance (rad) at which a place belongs to the one before: for another
+# radius the same place is up to so far away. A minimum nearest to the mode and within `OWN` is that of the mode.
+OTHERS, BESIDE, OWN = 3, np.radians(3.0), np.radians(6.0)
+# Gain of log density that shows another mode: the search ends within less of the same one.
+GAIN = 0.1
 
 
 def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> FloatArray:
@@ -41,7 +53,8 @@ def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> F
     """
     if start is not None:
         return _climb(posterior, start, np.arange(len(start)))[0]
-    starts = _starts(posterior)
+    matched = list(matches(posterior))
+    starts = _starts(posterior, matched)
     t = len(starts)
     s = KEPT
     order = posterior.log_density(starts, np.arange(t)).argsort(axis=1)[:, ::-1][:, :s]
@@ -49,7 +62,23 @@ def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> F
     blocks = np.repeat(np.arange(t), s)
     x, value = _climb(posterior, starts.reshape(t * s, 3), blocks)
     best = np.arange(t) * s + value.reshape(t, s).argmax(axis=1)
-    return _searched_again(posterior, x[best], value[best])
+    found = _at_other_places(posterior, x[best], value[best], other_places(posterior, x[best], matched))
+    return _searched_again(posterior, *found)
+
+
+def _at_other_places(
+    posterior: FingerPosterior, mode: FloatArray, value: FloatArray, places: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Modes (t, 3) and log densities (t,), or better ones near other places (t, k, 3), NaN where there are none."""
+    touch, which = np.nonzero(np.isfinite(places[..., 0]))
+    mode, value = mode.copy(), value.copy()
+    for k in range(places.shape[1]):
+        rows = touch[which == k]
+        if len(rows):
+            x, found = _climb(posterior, places[rows, k], rows)
+            better = found > value[rows] + GAIN
+            mode[rows[better]], value[rows[better]] = x[better], found[better]
+    return mode, value
 
 
 def _searched_again(posterior: FingerPosterior, mode: FloatArray, value: FloatArray) -> FloatArray:
@@ -89,11 +118,11 @@ def hessian_at(posterior: FingerPosterior, mode: FloatArray) -> FloatArray:
     return _expansion(posterior, mode, np.arange(len(mode)))[1]
 
 
-def _starts(posterior: FingerPosterior) -> FloatArray:
+def _starts(posterior: FingerPosterior, matched: Sequence[Match]) -> FloatArray:
     """Best location for each start radius, (t, starts, 3)."""
     low, high = posterior.priors.location.support
     out = np.empty((posterior.touches.n_touches, len(START_SHARES), 3))
-    for i, (w, angles, load, misfit) in enumerate(matches(posterior)):
+    for i, (w, angles, load, misfit, _) in enumerate(matched):
         k = misfit.argmin(axis=1)
         out[:, i, 0] = w
         out[:, i, 1] = np.clip(angles[k], low + 1e-6, high - 1e-6)
@@ -105,18 +134,79 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
     return out.astype(np.float32).astype(np.float64)
 
 
-def matches(posterior: FingerPosterior) -> Iterator[tuple[float, FloatArray, FloatArray, FloatArray]]:
+def other_places(posterior: FingerPosterior, mode: FloatArray, matched: Sequence[Match]) -> FloatArray:
+    """Places (w, θ_c, P) beside the mode (t, 3) of each touch at which its readings may fit, (t, `OTHERS`, 3).
+
+    They are minima of the misfit over the location, at one of the start radii, that explain nearly all of the readings:
+    to be climbed from, since the right radius and location are between those of the templates. The best comes first,
+    and NaN where there is none.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        Posterior of the touches.
+    mode : (t, 3) array
+        Mode of each touch, whose own place is left out.
+    matched : sequence of Match
+        The `matches` of the posterior.
+    """
+    readings, diagonal = _weighed(posterior)
+    squares = ((diagonal * readings) ** 2).sum(axis=1)
+    found = []
+    for w, angles, load, misfit, strongest in matched:
+        low = misfit < (UNEXPLAINED * np.maximum(squares, strongest) - squares)[:, None]
+        falls = misfit[:, 1:] < misfit[:, :-1]
+        low[:, 1:] &= falls
+        low[:, :-1] &= ~falls
+        row, k = np.nonzero(low)
+        if not len(row):
+            continue
+        # On a finger that is a full ring, both ends of the prior are one location.
+        off = np.abs((angles[k] - mode[row, 1] + np.pi) % (2 * np.pi) - np.pi)
+        first = np.flatnonzero(np.diff(row, prepend=-1))
+        nearest = np.repeat(np.minimum.reduceat(off, first), np.diff(first, append=len(row)))
+        beside = (off > nearest) | (off > OWN)
+        row, k = row[beside], k[beside]
+        found.append((row, np.stack([np.full(len(row), w), angles[k], load[row, k]], axis=1), misfit[row, k]))
+    out = np.full((len(mode), OTHERS, 3), np.nan)
+    if not found:
+        return out
+    row, place, misfit = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    order = np.lexsort((misfit, row))
+    row, place = row[order], moved_inside(posterior, place[order])
+    for i in range(OTHERS):
+        best, first = np.unique(row, return_index=True)
+        out[best, i] = place[first]
+        beside = np.abs(place[:, 1] - out[row, i, 1]) > BESIDE
+        row, place = row[beside], place[beside]
+    return out
+
+
+def moved_inside(posterior: FingerPosterior, place: FloatArray) -> FloatArray:
+    """Places (..., 3) moved inside the priors of location and load.
+
+    The last digits of a matrix product depend on the number of touches. They are rounded off, so that the draws do not
+    depend on this number.
+    """
+    out = place.copy()
+    (low, high), (lightest, hardest) = posterior.priors.location.support, posterior.priors.load.support
+    out[..., 1] = np.clip(out[..., 1], low + 1e-6, high - 1e-6)
+    out[..., 2] = np.clip(out[..., 2], lightest + 1e-6, hardest - 1e-6)
+    return out.astype(np.float32).astype(np.float64)
+
+
+def matches(posterior: FingerPosterior) -> Iterator[Match]:
     """For each start radius: w, locations (a,), rad, best load (t, a) and misfit (t, a) of each touch there.
 
-    The misfit is the sum of squares of the whitened residuals, less that of the readings.
+    The misfit is the sum of squares of the whitened residuals, less that of the readings. Last comes the sum of squares
+    (t,) of a touch with the measured load where the elements feel most; 0 where no load was measured.
     """
     chain, touches = posterior.chain, posterior.touches
     low, high = posterior.priors.location.support
     angles = np.arange(low, high + GRID_STEP, GRID_STEP)
     measured = np.isfinite(touches.load)
     typical = float(posterior.priors.load.quantile(0.5))
-    diagonal = posterior.whitener if posterior.whitener.ndim == 2 else _row_norm(posterior.whitener)
-    readings = np.where(diagonal > 0, touches.readings, 0.0)
+    readings, diagonal = _weighed(posterior)
     weights = diagonal**2
     for share in START_SHARES:
         w = float(np.log(share / (1 - share)))
@@ -126,7 +216,14 @@ def matches(posterior: FingerPosterior) -> Iterator[tuple[float, FloatArray, Flo
         power = weights @ (template**2).T
         load = np.where(measured[:, None], touches.load[:, None], cross / np.maximum(power, 1e-300))
         load = np.clip(load, 1e-3 * typical, None)
-        yield w, angles, load, power * load**2 - 2 * cross * load
+        strongest = np.where(measured, power.max(axis=1) * touches.load**2, 0.0)
+        yield w, angles, load, power * load**2 - 2 * cross * load, strongest
+
+
+def _weighed(posterior: FingerPosterior) -> tuple[FloatArray, FloatArray]:
+    """Readings (t, m), 0 where missing, and the diagonal (t, m) of their whitener, for the coarse search."""
+    diagonal = posterior.whitener if posterior.whitener.ndim == 2 else _row_norm(posterior.whitener)
+    return np.where(diagonal > 0, posterior.touches.readings, 0.0), diagonal
 
 
 def _row_norm(whitener: FloatArray) -> FloatArray:

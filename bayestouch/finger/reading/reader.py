@@ -221,7 +221,9 @@ class FingerPosterior:
 
     def select(self, index: IntArray) -> FingerPosterior:
         """Posterior of some of the touches."""
-        return replace(self, touches=self.touches.select(index), whitener=self.whitener[index])
+        noise = None if self.noise_of_signal is None else self.noise_of_signal.select(index)
+        touches = self.touches.select(index)
+        return replace(self, touches=touches, whitener=self.whitener[index], noise_of_signal=noise)
 
     @cached_property
     def indenter(self) -> IndenterCoordinate:

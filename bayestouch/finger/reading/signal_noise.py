@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,10 @@ class SignalNoise:
         # Effects in time change the signals of the covariance a little: no part of it becomes negative.
         other = np.maximum(np.einsum("tii->ti", covariance) - own, LEAST_OTHER * own)
         return cls(added, peak, counts, own + other, other)
+
+    def select(self, index: IntArray) -> SignalNoise:
+        """The noise of some of the touches."""
+        return replace(self, counts=self.counts[index], at_mode=self.at_mode[index], other=self.other[index])
 
     def growth(self, predicted: NDArray[np.floating], blocks: IntArray) -> FloatArray:
         """Variance of predicted readings (B, W, m) of the touches `blocks` (B,), over that at the mode."""

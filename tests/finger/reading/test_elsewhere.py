@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading import elsewhere
+from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.elsewhere import distant_places, fits_as_well
-from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings
+from bayestouch.finger.reading.modes import find_modes, matches, other_places
+from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.reading.draws import DrawPlan, draw
 
 
 def test_settings() -> None:
@@ -42,7 +47,8 @@ def test_the_best_of_the_distant_places() -> None:
     readings = chain.predict(np.full(2, radius), np.radians([-20.0, 15.0]), np.full(2, 150.0))
     touches = TouchReadings(readings, np.ones((2, 2), dtype=np.int64), np.full(2, 150.0), one)
     posterior = FingerPosterior(chain, touches, IndenterPriors.of(chain, 100.0), np.full((2, 2), 0.01))
-    found = distant_places(posterior, np.array([[0.0, np.radians(5), 150.0], [0.0, np.radians(15), 150.0]]))
+    modes = np.array([[0.0, np.radians(5), 150.0], [0.0, np.radians(15), 150.0]])
+    found = distant_places(posterior, modes, list(matches(posterior)))
     np.testing.assert_allclose(found[0], [np.log(0.35 / 0.65), np.radians(-20), 150.0], rtol=1e-6)
     assert abs(np.degrees(found[1, 1]) - 15) > 6
 
@@ -55,8 +61,102 @@ def test_both_ends_of_a_full_ring_are_one_place() -> None:
     assert high - low == pytest.approx(2 * np.pi)
     readings = chain.predict(6.0, low + 0.01, 100.0)[None]
     touches = TouchReadings(readings, np.ones((1, 12), dtype=np.int64), np.array([100.0]), np.ones(1))
-    found = distant_places(
-        FingerPosterior(chain, touches, priors, np.full((1, 12), 0.01)), np.array([[0.0, low + 0.01, 100.0]])
-    )
+    posterior = FingerPosterior(chain, touches, priors, np.full((1, 12), 0.01))
+    found = distant_places(posterior, np.array([[0.0, low + 0.01, 100.0]]), list(matches(posterior)))
     turned = (found[0, 1] - low - 0.01 + np.pi) % (2 * np.pi) - np.pi
     assert abs(turned) > np.radians(6)
+
+
+# R (mm) and location (degree) of touches beside an element of three; a force sensor reads them, with an sd of 1 N/m.
+BESIDE_AN_ELEMENT = np.array([(11.5, 2.5), (4.0, 4.0), (7.0, 4.0), (9.5, 4.0), (11.5, 4.0)])
+LOAD, NOISE_SHARE = 150.0, 0.005
+
+
+def finger_of(m: int, spacing: float) -> FingerChain:
+    one = np.ones(m)
+    angles = np.radians((np.arange(m) - (m - 1) / 2) * spacing)
+    return FingerChain(9.4, 12.7, 5 * one, 9.9 * one, angles, 0 * one, 0.46, 0.15, 300.0)
+
+
+def read_on(chain: FingerChain) -> tuple[FingerSampler, TouchReadings]:
+    """Touches without errors, and what draws them; the noise is 0.5 % of the peak reading."""
+    m = chain.n_elements
+    peak = chain.predict(0.5, chain.angle[m // 2], 200.0).max()
+    noise = Noise(np.full(m, NOISE_SHARE * peak), np.zeros(m), 0.0, 1.0)
+    radius, angle = BESIDE_AN_ELEMENT.T
+    load, one = np.full(len(radius), LOAD), np.ones(len(radius))
+    readings = chain.predict(radius, np.radians(angle), load)
+    priors = IndenterPriors.of(chain, 200.0)
+    sampler = FingerSampler(chain, priors, ReadingTable.of(chain, *priors.location.support), noise, None)
+    return sampler, TouchReadings(readings, np.ones(readings.shape, dtype=np.int64), load, one)
+
+
+def locations_by_quadrature(sampler: FingerSampler, touches: TouchReadings) -> tuple[np.ndarray, np.ndarray]:
+    """Locations (a,), degree, and the probability of each, (t, a): sums over R, and over P in closed form.
+
+    Over the sd of the load, readings are linear in it.
+    """
+    low, high = sampler.priors.location.support
+    radius = 12.7 * (np.arange(100) + 0.5) / 100
+    location = low + (high - low) * (np.arange(800) + 0.5) / 800
+    r, a = np.meshgrid(radius, location, indexing="ij")
+    one = np.ones(r.shape)
+    clean = sampler.chain.predict(r, a, LOAD * one)
+    slope = (sampler.chain.predict(r, a, (LOAD + 1) * one) - clean) / sampler.noise.tactile_sd
+    curvature = (slope**2).sum(axis=-1) + 1.0
+    out = []
+    for readings in touches.readings:
+        z = (clean - readings) / sampler.noise.tactile_sd
+        log = -0.5 * (z**2).sum(axis=-1) + 0.5 * (slope * z).sum(axis=-1) ** 2 / curvature - 0.5 * np.log(curvature)
+        mass = np.exp(log - log.max()).sum(axis=0)
+        out.append(mass / mass.sum())
+    return np.degrees(location), np.array(out)
+
+
+@pytest.mark.parametrize("method", ["importance", "emcee"])
+def test_touches_at_either_side_of_an_element_agree_with_quadrature(method: str) -> None:
+    """Three elements hardly tell one side from the other: the other side has up to half of the probability."""
+    sampler, touches = read_on(finger_of(3, 20.0))
+    location, mass = locations_by_quadrature(sampler, touches)
+    mean = mass @ location
+    sd = np.sqrt(mass @ location**2 - mean**2)
+    other = mass[:, location < 0].sum(axis=1)
+    assert other.max() > 0.45
+    assert np.sort(other)[-4] > 0.2
+    drawn = draw(sampler, touches, DrawPlan(4096, seed=1, method=method), workers=1)
+    draws = drawn["theta_c"].reshape(-1, touches.n_touches)
+    np.testing.assert_array_equal(drawn["grade"], 1)
+    np.testing.assert_allclose((draws < 0).mean(axis=0), other, rtol=0, atol=0.04)
+    np.testing.assert_allclose(draws.mean(axis=0), mean, rtol=0, atol=0.08 * sd.max())
+    np.testing.assert_allclose(draws.std(axis=0), sd, rtol=0.05)
+
+
+def test_other_places_are_across_the_element_on_a_finger_with_few_elements_only() -> None:
+    for chain, few in ((finger_of(3, 20.0), True), (finger_of(16, 8.8), False)):
+        sampler, touches = read_on(chain)
+        whitener = noise_whitener(sampler.noise, touches)
+        posterior = FingerPosterior(chain, touches, sampler.priors, whitener, sampler.table)
+        # Of 16 elements two are 4.4° beside the middle.
+        mode = find_modes(posterior)
+        places = other_places(posterior, mode, list(matches(posterior)))
+        if few:
+            assert (places[:, 0, 1] * mode[:, 1] < 0).all()
+            np.testing.assert_allclose(np.degrees(np.abs(places[1:, 0, 1])), 4.0, rtol=0, atol=2.5)
+        else:
+            assert np.isnan(places).all()
+
+
+def test_a_better_mode_at_another_place_is_found() -> None:
+    """Touches without errors 6° to the inside of an element, whose two best templates are on its outside.
+
+    A search from these two ended at -26.7°, 26.7° and -25.1°, where the sum of squares is above 60.
+    """
+    sampler, touches = read_on(finger_of(3, 20.0))
+    radius, angle = np.array([2.168, 2.841, 2.890]), np.radians([-13.394, 13.392, -14.547])
+    readings = sampler.chain.predict(radius, angle, np.full(3, LOAD))
+    touches = TouchReadings(readings, touches.counts[:3], touches.load[:3], touches.load_sd[:3])
+    whitener = 2 * noise_whitener(sampler.noise, touches)
+    posterior = FingerPosterior(sampler.chain, touches, sampler.priors, whitener, sampler.table)
+    mode = find_modes(posterior)
+    np.testing.assert_allclose(mode[:, 1], angle, rtol=0, atol=np.radians(0.1))
+    np.testing.assert_allclose(posterior.radius(mode[:, 0]), radius, rtol=0, atol=0.2)

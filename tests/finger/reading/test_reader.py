@@ -151,6 +151,24 @@ def test_noise_that_depends_on_the_signal_is_that_at_each_point() -> None:
     np.testing.assert_allclose(found - found[0], np.array(wanted) - wanted[0], rtol=1e-9, atol=1e-9)
 
 
+def test_noise_that_depends_on_the_signal_goes_with_its_touch() -> None:
+    """Of two touches, the second by itself: the variance of its readings over that at its mode, written out."""
+    calibration = small_finger()
+    added, peak = AddedNoise(share=0.1, power=0.5), np.full(4, 100.0)
+    counts, at_mode = np.array([[1, 1, 1, 1], [2, 2, 4, 4]]), np.array([[50.0] * 4, [80.0] * 4])
+    noise = SignalNoise.of(added, peak, counts, at_mode, np.array([np.eye(4) * 110.0, np.eye(4) * 60.0]))
+    touches = TouchReadings(at_mode, counts, np.full(2, np.nan), np.ones(2))
+    chain = finger_chain(calibration)
+    posterior = FingerPosterior(chain, touches, IndenterPriors.of(chain, 200.0), np.ones((2, 4)), noise_of_signal=noise)
+    alone = posterior.select(np.array([1])).noise_of_signal
+    assert alone is not None
+    # (10 % of 100)² = 100 times the signal over the peak, over the readings of the mean; all else is the rest of 60.
+    own = np.array([20.0, 40.0, 60.0, 80.0]) / np.array([2, 2, 4, 4])
+    other = 60.0 - 80.0 / np.array([2, 2, 4, 4])
+    growth = alone.growth(np.array([[[20.0, 40.0, 60.0, 80.0]]]), ZERO)
+    np.testing.assert_allclose(growth[0, 0], (own + other) / 60.0, rtol=1e-12)
+
+
 @pytest.mark.slow
 def test_noise_that_depends_on_the_signal_does_not_bias_the_load() -> None:
     """Single samples with noise of 15 % of the signal: with the noise at the mode, loads were 0.28 sd too small."""
