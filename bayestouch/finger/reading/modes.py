@@ -29,7 +29,7 @@ POOR = 4.0
 MAX_ITERATIONS = 40
 # Another place may be the right one if it leaves less than this share unexplained: of the squares of the readings, or
 # of those of the strongest touch, since a touch beside the elements has hardly any readings. With three elements the
-# other side of one leaves 2 % or less; with seven or more, 9° apart, one touch in 500 has a place that leaves 5 %.
+# other side of one leaves 2 % or less; with seven or more, 9° apart, at most one touch in 200 has such a place.
 UNEXPLAINED = 0.05
 # Number of other places that are looked at, and distance (rad) at which a place belongs to the one before: for another
 # radius the same place is up to so far away. A minimum nearest to the mode and within `OWN` is that of the mode.
