@@ -12,7 +12,7 @@ from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterio
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.linear_chain import linearised_chain
 from bayestouch.finger.map_with_effects import posterior_maps
-from bayestouch.finger.noise import NoiseShape, StandardErrors, first_guess, noise_shape
+from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
 from bayestouch.finger.sampling import PosteriorMap
 from bayestouch.model.added import AddedEffect
@@ -21,8 +21,12 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.joint_drifts import FREE
 from bayestouch.model.linear import leaving_bounds, step_within
 
-# Number of Newton steps of the chain's parameters, each with the noise after the previous step.
-STEPS = 3
+# Number of Newton steps of the chain's parameters, each with the noise after the previous step, and the parts of a step
+# that are tried. A step may raise the cost (half a sum of squares) by as much: far below one standard deviation
+# of all parameters together.
+STEPS, PARTS, RAISED = 3, (1.0, 0.3, 0.1, 0.03, 0.0), 1.0
+# A value of the chain is kept so far inside its bounds, in prior sds.
+BESIDE_END = 1e-6
 # A map is not usable if the log density at its centre is lower than at the mode by more than this. Where the normal
 # approximation is good they differ by a few nats, and chains have found their way from some tens.
 LOST = 100.0
@@ -118,8 +122,6 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         Data and priors of the fit.
     """
     at, prior, n = posterior.layout, posterior.prior, posterior.layout.n_chain
-    low, high = posterior.bounds
-    margin = 1e-6 * prior.spread[:n]
     further, further_sd = _further(posterior, added)
     guess = first_guess(posterior.known, prior)
     guess[at.further.start - n :] = further
@@ -128,16 +130,10 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     missed = slice(at.log_discrepancy.start - n, at.log_discrepancy.stop - n)
     guess[missed] -= 2 * prior.spread[at.log_discrepancy]
     vector = np.concatenate([fitted.vector, guess])
-    vector[:n] = np.clip(vector[:n], low[:n] + margin, high[:n] - margin)
+    vector[:n] = np.clip(vector[:n], *_ends_of_chain(posterior))
     shape = None
     for _ in range(STEPS):
-        linear = linearised_chain(fitted, posterior, vector)
-        hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
-        at_ends = leaving_bounds(vector[:n], low[:n] + 2 * margin, high[:n] - 2 * margin)
-        step, _ = step_within(hessian, linear.pull, at_ends)
-        vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
-        residuals = linearised_chain(fitted, posterior, vector, with_residuals=True).residuals
-        assert residuals is not None
+        vector, residuals = _stepped(fitted, posterior, vector)
         shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, residuals)
         shape.mean[at.further.start - n :] = further
         vector[n:] = shape.mean
@@ -145,6 +141,33 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     fit = _fit_about(fitted, posterior, vector, shape, further_sd)
     # Where every map is lost, a value at a bound is the likely cause. All others stay as they are, to the last bit.
     return fit if fit.usable else _fit_about(fitted, posterior, fit.off_bounds(), shape, further_sd)
+
+
+def _stepped(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> tuple[FloatArray, Residuals]:
+    """A flat vector (d,) after a Newton step of the chain's parameters, and the residuals there.
+
+    The step is shortened where it makes the fit worse. At a bound at which the readings have no slope over a value, as
+    over the breadth of a spectrum at zero, the linear model sends this value anywhere.
+    """
+    n, prior, (low, high) = posterior.layout.n_chain, posterior.prior, _ends_of_chain(posterior)
+    linear = linearised_chain(fitted, posterior, vector)
+    hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
+    margin = BESIDE_END * prior.spread[:n]
+    step, _ = step_within(hessian, linear.pull, leaving_bounds(vector[:n], low + margin, high - margin))
+    for part in PARTS:
+        moved = np.concatenate([np.clip(vector[:n] + part * step, low, high), vector[n:]])
+        there = linearised_chain(fitted, posterior, moved, with_residuals=True)
+        if there.cost <= linear.cost + RAISED:
+            break
+    assert there.residuals is not None
+    return moved, there.residuals
+
+
+def _ends_of_chain(posterior: EffectPosterior) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest values (n,) of the chain's parameters, a little inside their bounds."""
+    n, (low, high) = posterior.layout.n_chain, posterior.bounds
+    margin = BESIDE_END * posterior.prior.spread[:n]
+    return low[:n] + margin, high[:n] - margin
 
 
 def _fit_about(

@@ -34,6 +34,9 @@ class LinearChain:
         Contribution to the precision of readings that drifts or a correction make dependent.
     prior_pull : (n,) array
         Gradient of the log prior.
+    cost : float
+        Half the sum of squares of all that is whitened: readings, deviations of samples, weights of functions, prior.
+        It compares vectors of the chain at one noise.
     """
 
     residuals: Residuals | None
@@ -41,6 +44,7 @@ class LinearChain:
     gradient: FloatArray
     constant: FloatArray | None
     prior_pull: FloatArray
+    cost: float
 
     @property
     def hessian(self) -> FloatArray:
@@ -92,7 +96,7 @@ def linearised_chain(
     left = np.where(known.missing, 0.0, known.readings) - predicted.touches
     white = np.einsum("tij,dtj->dti", root, touches, optimize=True)
     row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
-    functions, spent = None, np.zeros(m)
+    functions, spent, cost = None, np.zeros(m), 0.0
     if fitted.linear.functions is not None:
         raw = fitted.linear.functions.raw
         functions = Functions.of(raw, WhiteColumns.of(raw, root))
@@ -102,6 +106,7 @@ def linearised_chain(
         weights = functions.weights(row.reshape(-1, 1))[:, 0]
         left = left - np.tensordot(weights, raw, axes=1)
         row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
+        cost = 0.5 * float(weights @ weights)
     # With functions: of the residuals that they leave, so that the parts of the elements are small, and not only their
     # sum is. The map takes each part in proportion to the precision of its element.
     gradient = np.einsum("itm,tm->mi", white, row)
@@ -121,9 +126,11 @@ def linearised_chain(
         off = np.nan_to_num((observed.deviation - predicted.samples) / sd)
         precision = precision + np.einsum("inm,jnm->mij", within, within, optimize=True)
         gradient = gradient + np.einsum("inm,nm->mi", within, off)
+        cost += 0.5 * float((off**2).sum())
     pull = (posterior.prior.mean[:n] - chain) / posterior.prior.spread[:n] ** 2
+    cost += 0.5 * float((row**2).sum() + ((posterior.prior.spread[:n] * pull) ** 2).sum())
     if not with_residuals:
-        return LinearChain(None, precision, gradient, constant, pull)
+        return LinearChain(None, precision, gradient, constant, pull, cost)
     hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
     total = hessian if constant is None else hessian + constant
     # Not by the inverse, whose rounding can exceed its least eigenvalue: units of coordinates may be very different.
@@ -134,7 +141,7 @@ def linearised_chain(
     rest, slope = (np.where(known.missing, 0.0, each) for each in (left, by_load))
     together = list(np.where(known.missing, 0.0, shared)) if posterior.noise.shared else []
     residuals = Residuals(rest, slope, spent, more, together)
-    return LinearChain(residuals, precision, gradient, constant, pull)
+    return LinearChain(residuals, precision, gradient, constant, pull, cost)
 
 
 def degrees_spent(half: FloatArray, root: FloatArray, own: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ def test_a_coordinate_without_coupling_keeps_its_own_precision(with_constant: bo
     precision = roots @ roots.swapaxes(1, 2)
     none = np.zeros((0, 3))
     constant = 2 * precision[0] if with_constant else None
-    chain = LinearChain(Residuals(none, none, np.zeros(3)), precision, np.zeros((3, 4)), constant, np.zeros(4))
+    chain = LinearChain(Residuals(none, none, np.zeros(3)), precision, np.zeros((3, 4)), constant, np.zeros(4), 0.0)
     whole, found = chain.hessian, chain.without_coupling([1]).hessian
     rest = np.ix_([0, 2, 3], [0, 2, 3])
     np.testing.assert_array_equal(found[rest], whole[rest])

@@ -113,7 +113,7 @@ def test_a_coordinate_at_a_steep_bound_is_independent_with_the_width_that_is_lef
 
     def moved(pull: float, value: float = 5.0) -> np.ndarray:
         gradient = np.array([[0.0, 0.0, pull * np.sqrt(marginal)]])
-        linear = LinearChain(Residuals(none, none, np.zeros(1)), precision[None], gradient, None, np.zeros(3))
+        linear = LinearChain(Residuals(none, none, np.zeros(1)), precision[None], gradient, None, np.zeros(3), 0.0)
         start = _Start(np.array([0.0, 0.0, value]), linear, prior)
         return start.with_bounds_reached(NO_RIDGES, ends).linear.hessian
 
