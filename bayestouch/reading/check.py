@@ -9,12 +9,14 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.reading.fault_tests import FEWEST
-from bayestouch.reading.faults import SensorCheck, find_faults
+from bayestouch.reading.faults import SensorCheck, find_faults, odd_touches
 from bayestouch.reading.touch_reader import TouchReader
 
 #: Largest number of touches in the check, evenly spread over the table. Twice as many would find only slightly smaller
 #: changes of gain.
 MOST = 256
+#: Largest share of touches that count as odd. With more it is the sensor that has changed.
+MOST_ODD = 0.2
 
 
 def check_sensor(
@@ -59,4 +61,16 @@ def _checked(
     if len(told) < FEWEST:
         return SensorCheck((), np.arange(n_elements), 1.0, 0)
     spread = np.linspace(0, len(told) - 1, min(len(told), MOST)).round().astype(np.int64)
-    return find_faults(reader.fitted(touches, block, told[np.unique(spread)], rest_variance))
+    some = told[np.unique(spread)]
+    fitted = reader.fitted(touches, block, some, rest_variance)
+    check = find_faults(fitted)
+    if check.excess == 1:
+        return check
+    # The sensor as a whole misses the model, or a few touches do: with a wrong load, or soon after others that the
+    # table does not have.
+    odd = odd_touches(fitted)
+    kept = some[~odd]
+    if odd.mean() > MOST_ODD or len(kept) < FEWEST:
+        return check
+    rest = find_faults(reader.fitted(touches, block, kept, rest_variance))
+    return replace(rest, odd=tuple(map(int, fitted.touch[odd]))) if rest.sound else check

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bayestouch.errors import few
+from bayestouch.output.text import plural
 from bayestouch.reading.fault_kinds import ColumnFault
 from bayestouch.reading.fault_tests import FEWEST
-from bayestouch.reading.faults import SensorCheck
+from bayestouch.reading.faults import ODD, SensorCheck
 
 # Settings of a result that say how many touches were checked, and what was found.
 _CHECKED = "touches_checked"
@@ -47,6 +49,13 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
         notes.append(
             f"the readings miss the calibrated model by {check.excess:.2g} times what noise and calibration explain, "
             "and no few elements are the cause: the noise is taken as that much larger; calibrate the sensor again"
+        )
+    if check.odd:
+        one = len(check.odd) == 1
+        notes.append(
+            f"{plural(len(check.odd), 'touch')} ({few([str(touch) for touch in check.odd])}) "
+            f"{'misses' if one else 'miss'} the calibrated model by more than {ODD:g} times what noise and calibration "
+            f"explain, and the others do not: {'its' if one else 'their'} posteriors are too narrow"
         )
     return tuple(f"sensor check ({check.touches} touches): {note}" for note in notes)
 

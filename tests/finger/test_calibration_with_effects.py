@@ -106,3 +106,22 @@ def test_an_error_that_all_elements_share_is_no_discrepancy() -> None:
     assert density(smaller).mean() < density(drawn).mean() + 5
     # The start is near the mode, which is above nearly all draws.
     assert density(density.start) > np.quantile(density(drawn), 0.5)
+
+
+def test_no_step_ends_where_the_model_fits_worse() -> None:
+    """The readings have no slope over the breadth of a memory at zero, where a Newton step sent it to 1.
+
+    The chains then began 600 below the mode, and stayed at discrepancies of 25 to 50 instead of 0.8: posteriors of
+    touches were three to eight times too wide.
+    """
+    design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    memory = bayestouch.simulate(design, seed=3, effects={"memory": 0.1}).dataset
+    model = StatedModel("finger", "", (("memory", {}),))
+    made = bayestouch.calibrate(memory, model=model, draws=200)
+    clean = bayestouch.calibrate(bayestouch.simulate(design, seed=3).dataset, draws=200)
+    np.testing.assert_allclose(made.mode["discrepancy_sd"], clean.mode["discrepancy_sd"], rtol=0.25)
+    assert made.statistics["ess_bulk"] > 100
+    # Touches before the table are not known to it: its first ones are off, and said to be.
+    read = bayestouch.infer(memory.touches, made, draws=256)
+    error = (read.mean("theta_c") - read.reference["theta_c"])[3:]
+    assert np.sqrt(np.mean((error / read.sd("theta_c")[3:]) ** 2)) == pytest.approx(1.0, abs=0.32)

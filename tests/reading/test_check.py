@@ -165,6 +165,22 @@ def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, To
     # 60 touches, each inside with 90 %: four binomial standard errors, and loads that the whole pad shares beside
     assert np.mean((low <= touches.averaged().load) & (touches.averaged().load <= high)) > 0.9 - 4 * np.sqrt(0.09 / 60)
 
+def test_a_few_odd_touches_are_named_and_the_others_read_as_ever(sound: tuple[Calibration, Touches]) -> None:
+    """Three touches of sixty, with elements that are off by the peak, had widened the noise of all touches."""
+    touches = sound[1]
+    readings, peak = touches.readings.copy(), np.abs(touches.readings).max()
+    for touch, element in ((5, 0), (17, 3), (40, 7)):
+        readings[touches.touch == touch, element] += peak
+    result = read(sound, touches.with_(readings=readings))
+    (note,) = said(result)
+    assert "3 touches (5, 17, 40) miss the calibrated model by more than 3 times" in note
+    others = ~np.isin(result.rows.touch, (5, 17, 40))
+    plain = read(sound, touches)
+    for name in ("x", "y", "P"):
+        np.testing.assert_array_equal(result.sd(name)[others], plain.sd(name)[others])
+
+
+
 
 @pytest.mark.slow
 def test_study_of_faults_runs(monkeypatch: pytest.MonkeyPatch) -> None:
