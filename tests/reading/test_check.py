@@ -165,6 +165,7 @@ def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, To
     # 60 touches, each inside with 90 %: four binomial standard errors, and loads that the whole pad shares beside
     assert np.mean((low <= touches.averaged().load) & (touches.averaged().load <= high)) > 0.9 - 4 * np.sqrt(0.09 / 60)
 
+
 def test_a_few_odd_touches_are_named_and_the_others_read_as_ever(sound: tuple[Calibration, Touches]) -> None:
     """Three touches of sixty, with elements that are off by the peak, had widened the noise of all touches."""
     touches = sound[1]
@@ -178,8 +179,6 @@ def test_a_few_odd_touches_are_named_and_the_others_read_as_ever(sound: tuple[Ca
     plain = read(sound, touches)
     for name in ("x", "y", "P"):
         np.testing.assert_array_equal(result.sd(name)[others], plain.sd(name)[others])
-
-
 
 
 @pytest.mark.slow
