@@ -67,11 +67,42 @@ def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return view
 
 
+def as_floats(value: Any) -> FloatArray:
+    """Numbers of a user as an array of floats, not copied if it is one; masked and missing ones become NaN.
+
+    Raises
+    ------
+    InputError
+        It has values that are no numbers, or dates or durations.
+    """
+    try:
+        array = np.asarray(value)
+        kinds = {array.dtype.kind, getattr(getattr(value, "dtype", None), "kind", "")}
+        if not kinds & {"m", "M"}:
+            return _with_nan(value, array)
+    except (TypeError, ValueError):
+        raise InputError(f"expected numbers, got {shown(value)}") from None
+    # The numbers behind dates count µs, ns or another unit, by the way in which they were made.
+    got, since = ("datetime64", "(t - t[0])") if "M" in kinds else ("timedelta64", "t")
+    raise InputError(
+        f"expected seconds as numbers, got {got}: give seconds since the first row, as {since} / np.timedelta64(1, 's')"
+    )
+
+
+def _with_nan(value: Any, array: npt.NDArray[Any]) -> FloatArray:
+    """The array of a value as floats, with NaN where the value has none: masked in numpy, NA in pandas."""
+    if isinstance(value, np.ma.MaskedArray):
+        return np.asarray(np.ma.filled(value.astype(np.float64), np.nan))
+    if array.dtype.kind == "O" and hasattr(value, "isna"):  # a table or column of pandas
+        return np.asarray(value.to_numpy(dtype=np.float64, na_value=np.nan))
+    return np.asarray(array, dtype=np.float64)
+
+
 def float_array(value: object, name: str, shape: tuple[int, ...]) -> FloatArray:
     try:
-        array: FloatArray = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"expected numbers, got {shown(value)}", column=name) from None
+        array = as_floats(value)
+    except InputError as error:
+        raise InputError(error.message, column=name) from None
     if array.shape != shape:
         raise InputError(f"expected an array of shape {shape}, got {array.shape}", column=name)
     return read_only(array)
@@ -79,7 +110,7 @@ def float_array(value: object, name: str, shape: tuple[int, ...]) -> FloatArray:
 
 def whole_array(value: object, name: str, n: int) -> IntArray:
     array = np.asarray(value)
-    if array.dtype.kind not in "iu":
+    if array.dtype.kind not in "iu" or np.ma.is_masked(value):
         array = float_array(value, name, (n,))
     if array.shape != (n,):
         raise InputError(f"expected an array of shape {(n,)}, got {array.shape}", column=name)

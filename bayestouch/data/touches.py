@@ -220,17 +220,13 @@ def touches_from(
     ids = whole_array(touch, "touch", len(np.atleast_1d(np.asarray(touch))))
     n = len(ids)
     given = {
-        name: np.full(n, value, dtype=np.float64) if np.ndim(value) == 0 and value is not None else value
+        name: np.full(n, value) if np.ndim(value) == 0 and value is not None else value
         for name, value in columns.items()
         if name in (*_PER_ROW, *_MAYBE_PER_ROW)
     }
     unknown = {name: np.full(n, np.nan) for name in _PER_ROW} | dict.fromkeys(("angle_deg", "x_mm", "y_mm"))
-    return Touches(
-        touch=ids,
-        readings=np.asarray(readings, dtype=np.float64),
-        sample=numbered(ids) if sample is None else np.asarray(sample),
-        **{**unknown, **columns, **given},
-    )
+    always = {"touch": ids, "sample": numbered(ids) if sample is None else sample, "readings": readings}
+    return Touches(**{**unknown, **columns, **given, **always})
 
 
 def numbered(touch: IntArray) -> IntArray:

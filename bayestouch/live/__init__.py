@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import as_floats
 from bayestouch.data.baseline import combined_reads
 from bayestouch.data.touch_columns import LARGEST
 from bayestouch.errors import InputError, about, shown
@@ -279,13 +280,15 @@ class Reader(Summarised):
 
 def _numbers(name: str, values: ArrayLike) -> FloatArray:
     try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers, got {shown(values)}") from None
+        return as_floats(values)
+    except InputError as error:
+        raise InputError(f"{name}: {error.message}") from None
 
 
 def _number(name: str, value: float) -> float:
     try:
+        if isinstance(value, np.datetime64 | np.timedelta64):  # as a float it would count its own unit, ns or another
+            raise TypeError
         return float(value)
     except (TypeError, ValueError):
         raise InputError(f"{name}: expected a number, got {shown(value)}") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -44,6 +45,25 @@ def test_what_is_absent_is_unknown() -> None:
 
 def test_one_number_stands_for_every_row() -> None:
     assert touches_from([1, 2], [[1.0], [2.0]], load=3).load.tolist() == [3.0, 3.0]
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int64])
+def test_masked_values_are_missing(dtype: type) -> None:
+    """What lies under a mask, here a fill value, is no reading."""
+    readings = np.ma.masked_equal(np.array([[1, 9999], [3, 4]], dtype=dtype), 9999)
+    touches = touches_from([1, 2], readings, load=np.ma.array([5, 6], mask=[False, True], dtype=dtype))
+    np.testing.assert_array_equal(touches.readings, [[1.0, np.nan], [3.0, 4.0]])
+    np.testing.assert_array_equal(touches.load, [5.0, np.nan])
+    np.testing.assert_array_equal(touches.with_(readings=readings).readings, touches.readings)
+
+
+def test_missing_values_of_pandas_are_missing() -> None:
+    table = pd.DataFrame({"e01": [1, None], "e02": [2.5, 3.5], "load": [None, 6]}).convert_dtypes()
+    assert table.dtypes.astype(str).tolist() == ["Int64", "Float64", "Int64"]
+    touches = touches_from(pd.Series([1, 2], dtype="Int64"), table[["e01", "e02"]], load=table["load"])
+    np.testing.assert_array_equal(touches.readings, [[1.0, 2.5], [np.nan, 3.5]])
+    np.testing.assert_array_equal(touches.load, [np.nan, 6.0])
+    np.testing.assert_array_equal(touches.with_(readings=table.iloc[:, 1::-1]).readings, touches.readings[:, ::-1])
 
 
 def test_contact_is_lost_by_contact_depth_or_load_of_zero() -> None:
@@ -112,6 +132,16 @@ def test_same_as_sees_every_difference() -> None:
             r"column readings_sd: expected an array of shape \(5, 2\), got \(5, 3\)",
         ),
         ({"time_s": ["a"] * 5}, r"column time_s: expected numbers, got \['a'"),
+        (
+            {"time_s": np.datetime64("2026-01-01") + np.arange(5).astype("m8[ms]")},
+            r"^column time_s: expected seconds as numbers, got datetime64: give seconds since the first row, "
+            r"as \(t - t\[0\]\) / np.timedelta64\(1, 's'\)$",
+        ),
+        ({"load": np.arange(5).astype("m8[s]")}, "column load: .* got timedelta64: .*, as t / np.timedelta64"),
+        ({"time_s": np.ma.array(np.arange(5).astype("m8[s]"), mask=True)}, "column time_s: .* got timedelta64"),
+        ({"time_s": pd.Series(pd.date_range("2026", periods=5, tz="UTC"))}, "column time_s: .* got datetime64"),
+        ({"time_s": np.datetime64("2026-01-01")}, "column time_s: .* got datetime64"),
+        ({"touch": np.ma.array([1, 2, 3, 4, 5], mask=[1, 0, 0, 0, 0])}, "column touch: expected integers below 2"),
         ({"extra": {"note": ["a"]}}, r"column note: expected an array of shape \(5,\), got \(1,\)"),
     ],
 )

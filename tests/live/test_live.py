@@ -352,6 +352,15 @@ def test_the_noise_of_a_rest_reading_is_that_of_infer(kind: str, tmp_path: Path)
     assert live.sd[k] > 1.1 * plain.sd[k]  # the calibration adds the same error to both
 
 
+def test_masked_readings_are_missing() -> None:
+    data, calibration = sensor("finger")
+    values, out = data.touches.readings[0], np.arange(8) == 2
+    masked = Reader(calibration).read(np.ma.array(np.where(out, 9999.0, values), mask=out), load=data.touches.load[0])
+    missing = Reader(calibration).read(np.where(out, np.nan, values), load=data.touches.load[0])
+    np.testing.assert_array_equal([masked.mean, masked.sd], [missing.mean, missing.sd])
+    assert masked.sd[1] > Reader(calibration).read(values, load=data.touches.load[0]).sd[1]
+
+
 def test_bad_input_gives_one_line() -> None:
     data, calibration = sensor("finger")
     reader, values = Reader(calibration), data.touches.readings[0]
@@ -376,6 +385,11 @@ def test_bad_input_gives_one_line() -> None:
         rest = np.where(np.arange(8) == 2, number, np.zeros((5, 8)))
         with pytest.raises(InputError, match="rest reading: element 3 is infinite or too large; a missing one is NaN"):
             reader.rest(rest)
+    for time in (np.datetime64("2026-01-01", "ns"), np.timedelta64(1, "ns")):
+        with pytest.raises(InputError, match="time_s: expected a number, got np"):
+            reader.read(values, time_s=time)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"^values: expected seconds as numbers, got timedelta64"):
+        reader.read(np.zeros(8, dtype="m8[s]"))  # type: ignore[arg-type]
     for time_s in (np.nan, np.inf):
         with pytest.raises(InputError, match=f"^time_s: expected a finite number, got {time_s}$"):
             reader.read(values, time_s=time_s)
