@@ -65,9 +65,10 @@ class KnownTouches:
         Raises
         ------
         InputError
-            If no touch is known, or none has a load above zero.
+            If there are no angles, no touch is known, or none has a load above zero.
         """
-        assert means.angle_deg is not None
+        if means.angle_deg is None:
+            raise InputError("no calibration touch has a location: angle_deg needed")
         known = ~np.isnan(means.indenter_radius_mm) & ~np.isnan(means.angle_deg)
         pressed = ~(means.load <= 0)
         if not known.any():

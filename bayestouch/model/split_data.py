@@ -114,15 +114,15 @@ class SplitData:
         rest = calibration.rest_reading()
         parts = (calibration.baseline_corrected(), touches.baseline_corrected(rest))
         table = without_dead(joined_tables(*parts))
-        known = _known(table, body_of(dataset.sensor).references)
+        references = body_of(dataset.sensor).references
+        known = _known(table, references)
         ids, group = groups(table.touch)
         read = np.bincount(group, weights=np.arange(table.n_rows) >= calibration.n_rows, minlength=len(ids)) > 0
         held = np.zeros(len(ids), dtype=bool)
         if int((known & read).sum()) >= ENOUGH_READ:
             held[known & read] = _turns(table, known & read) % 2 == 1
-            how = (
-                "every other touch to be read that has references is held out; the rest is fitted with the calibration"
-            )
+            fitted = "the rest is fitted" + (" with the calibration" if (known & ~read).any() else "")
+            how = f"every other touch to be read that has references is held out; {fitted}"
         elif int((known & ~read).sum()) >= ENOUGH_CALIBRATION:
             held[known & ~read] = _turns(table, known & ~read) % 4 == 2
             how = "too few touches to be read have references: every fourth calibration touch is held out"
@@ -131,7 +131,8 @@ class SplitData:
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
         training, left_out = _with_load(dataset, table, (known & ~held)[group])
-        about = (*left_out, *remarks_on(table, training), *silent_elements(dataset, means_by_table(dataset)))
+        unused = _without_references(table, references, ~read)
+        about = (*unused, *left_out, *remarks_on(table, training), *silent_elements(dataset, means_by_table(dataset)))
         source, reads = shared_rest(calibration, touches)
         return cls(
             dataset=dataset,
@@ -389,12 +390,45 @@ def _turns(table: Touches, chosen: BoolArray) -> IntArray:
 
 
 def _known(table: Touches, references: tuple[str, ...]) -> BoolArray:
-    """Whether each touch has all `references`, (t,); columns that the table does not have are not required."""
-    ids, group = groups(table.touch)
-    contact = table.in_contact & ~np.isnan(table.readings).all(axis=1) & ~(table.load <= 0)
-    columns = [getattr(table, name) for name in references]
-    known = np.bincount(group[contact], minlength=len(ids)) > 0
-    for values in columns:
-        if values is not None:
-            known &= ~np.isnan(first_of(np.where(contact, values, np.nan), group, len(ids)))
+    """Whether each touch presses, with all `references`, (t,).
+
+    A column that the table does not have is not required (a pad along a line has no y); but some location is.
+    """
+    known = _presses(table)
+    if table.angle_deg is None and table.x_mm is None:
+        return np.zeros_like(known)
+    for name in references:
+        if getattr(table, name) is not None:
+            known &= ~np.isnan(_first_in_contact(table, name))
     return np.asarray(known)
+
+
+def _presses(table: Touches) -> BoolArray:
+    """Whether each touch has a row in contact with a reading, and with a load that is not zero or less, (t,)."""
+    ids, group = groups(table.touch)
+    return np.asarray(np.bincount(group[_pressing(table)], minlength=len(ids)) > 0)
+
+
+def _pressing(table: Touches) -> BoolArray:
+    return np.asarray(table.in_contact & ~np.isnan(table.readings).all(axis=1) & ~(table.load <= 0))
+
+
+def _first_in_contact(table: Touches, name: str) -> FloatArray:
+    """First value of a column in rows of each touch that press, (t,); NaN for none."""
+    ids, group = groups(table.touch)
+    return first_of(np.where(_pressing(table), getattr(table, name), np.nan), group, len(ids))
+
+
+def _without_references(table: Touches, references: tuple[str, ...], calibrating: BoolArray) -> tuple[str, ...]:
+    """A note on the calibration touches, a mask (t,), that press but are not used, with the columns that they lack."""
+    pressed = _presses(table) & calibrating
+    lacking = {
+        name: pressed & np.isnan(_first_in_contact(table, name))
+        for name in references
+        if getattr(table, name) is not None
+    }
+    unused = np.any([*lacking.values(), np.zeros_like(pressed)], axis=0)
+    if not unused.any():
+        return ()
+    columns = " or ".join(name for name, rows in lacking.items() if rows.any())
+    return (f"{unused.sum()} of {pressed.sum()} calibration touches are without {columns}: they are not used",)

@@ -239,6 +239,12 @@ def test_an_element_nobody_touched_is_named() -> None:
         bayestouch.calibrate(dataset(touches.select(touches.angle_deg < 5)))
 
 
+def test_a_table_without_angles_is_refused() -> None:
+    for e_map in ("model", "empirical"):
+        with pytest.raises(InputError, match=r"^no calibration touch has a location: angle_deg needed$"):
+            bayestouch.calibrate(dataset(known_touches(9).with_(angle_deg=None)), e_map=e_map)
+
+
 def test_touches_without_load_are_left_out_and_said() -> None:
     touches = known_touches(1)
     load = np.where(touches.touch == 3, -0.4, touches.load)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.effects import catalogue
+from bayestouch.errors import InputError
 from bayestouch.finger import body as finger
 from bayestouch.model import split_data as data
 from bayestouch.model.split_data import _known, remarks_on
@@ -52,6 +54,46 @@ def test_touches_with_every_reference() -> None:
     assert _known(table(y_mm=np.array([0.0, 0.0, 0.0, NAN])), PAD).tolist() == [True, True, False]
     readings = np.array([[1.0, 1.0], [NAN, NAN], [2.0, NAN], [3.0, NAN]])
     assert _known(table(readings=readings), FINGER).tolist() == [False, True, True]
+
+
+def test_nothing_is_known_without_a_location() -> None:
+    assert _known(table(angle_deg=None, x_mm=None), FINGER).tolist() == [False, False, False]
+    simulated = simulate(FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0), seed=3).dataset
+    bare = simulated.touches.with_(angle_deg=None)
+    for split in (data.SplitData.of, data.SplitData.of_calibration):
+        with pytest.raises(InputError, match="no touch that presses has a known indenter, location and reading"):
+            split(replace(simulated, calibration=bare, touches=bare))
+    with pytest.raises(InputError, match="no touch that presses has a known indenter, location and reading"):
+        data.SplitData.of(DataSet(simulated.sensor, None, bare))
+
+
+def test_a_note_counts_calibration_touches_without_references() -> None:
+    """54 calibration touches: without any angle the 45 others are the whole fit; without 5 angles 49 are in it."""
+    simulated = simulate(FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0), seed=3).dataset
+    calibration = simulated.calibration
+    assert calibration is not None and calibration.angle_deg is not None
+    some = np.unique(calibration.touch)[:5]
+    angle_deg = np.where(np.isin(calibration.touch, some), NAN, calibration.angle_deg)
+    held = "every other touch to be read that has references is held out; the rest is fitted"
+    for made, fitted, notes in (
+        (calibration, 54 + 45, {f"{held} with the calibration"}),
+        (
+            calibration.with_(angle_deg=angle_deg),
+            49 + 45,
+            {
+                f"{held} with the calibration",
+                "5 of 54 calibration touches are without angle_deg: they are not used",
+            },
+        ),
+        (
+            calibration.with_(angle_deg=None),
+            45,
+            {held, "54 of 54 calibration touches are without angle_deg: they are not used"},
+        ),
+    ):
+        split = data.SplitData.of(replace(simulated, calibration=made))
+        assert len(np.unique(split.table.touch[split.training])) + split.n_held_out == fitted
+        assert {note for note in split.notes if "held out" in note or "not used" in note} == notes
 
 
 def test_remarks() -> None:
