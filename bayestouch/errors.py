@@ -27,7 +27,7 @@ class InputError(ValueError):
     file : str or Path, optional
         File with the error; the message shows the path as given.
     row : int, optional
-        Line number in the file; the header is line 1.
+        Line number in the file; the header is line 1. Of a table in memory, its index from 0.
     column : str, optional
         Column or key with the error.
 

@@ -11,6 +11,7 @@ from bayestouch.data.copies import notes_on_copies
 from bayestouch.data.files import write_together
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.sensor_toml import read_sensor, sensor_writer
+from bayestouch.data.touch_columns import check_in_memory
 from bayestouch.data.touch_table import check_fit, read_touches, table_columns, touches_writer
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError, not_a
@@ -42,7 +43,7 @@ class DataSet(Summarised):
     Raises
     ------
     InputError
-        The touches do not fit the sensor.
+        The touches do not fit the sensor, or have a value that files may not have, such as an infinite reading.
 
     Examples
     --------
@@ -66,9 +67,10 @@ class DataSet(Summarised):
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        check_fit(self.touches, self.sensor, file="touches")
-        if self.calibration is not None:
-            check_fit(self.calibration, self.sensor, file="calibration")
+        for name in _TABLES:
+            if (table := getattr(self, name)) is not None or name == "touches":
+                check_fit(table, self.sensor, file=name)
+                check_in_memory(table, file=name)
 
     def to_dataframe(self) -> DataFrame:
         """Return both tables as one data frame, one row per sample; column ``table`` names the table.

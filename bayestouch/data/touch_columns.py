@@ -15,6 +15,7 @@ from bayestouch.data.arrays import MAX_ID
 from bayestouch.data.geometry import geometries
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.tables import Header
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError, few, misspelt, nearest
 
 #: Columns that have the same name for every sensor.
@@ -149,18 +150,51 @@ def check_values(columns: Mapping[str, FloatArray], *, file: str | Path, line: n
         two indenters.
     """
     lines = np.arange(2, 2 + len(columns["touch"])) if line is None else np.asarray(line)
+    if fault := _first_fault(columns):
+        index, name, message = fault
+        raise InputError(message, file=file, row=int(lines[index]), column=name)
+    _check_samples(columns, lines, file)
+    _check_indenters(columns, lines, file)
+
+
+def check_in_memory(touches: Touches, *, file: str | Path | None = None) -> None:
+    """Raise an error if a table in memory has a value that is not allowed in its column of a file.
+
+    Raises
+    ------
+    InputError
+        The message names the column, and the first such row, counted from 0 as in the arrays.
+    """
+    names = ("time_s", "indenter_radius_mm", "angle_deg", "x_mm", "y_mm", "load", "depth_mm", "contact", "reads")
+    columns = {name: values for name in names if (values := getattr(touches, name)) is not None}
+    for values, suffix in ((touches.readings, ""), (touches.readings_sd, "_sd")):
+        # Most of the numbers are here: each is looked at once, and the rules are for tables with a fault.
+        if values is not None and not _ordinary(values, 0.0 if suffix else -LARGEST):
+            columns |= {element_name(k) + suffix: values[:, k] for k in range(touches.n_elements)}
+    if fault := _first_fault(columns):
+        index, name, message = fault
+        raise InputError(f"{message} (rows counted from 0)", file=file, row=index, column=name)
+
+
+def _ordinary(values: FloatArray, lowest: float) -> bool:
+    """Whether all values are in a range up to `LARGEST`, or NaN."""
+    low, high = np.fmin.reduce(values, axis=None, initial=0.0), np.fmax.reduce(values, axis=None, initial=0.0)
+    return bool(low >= lowest and high <= LARGEST)
+
+
+def _first_fault(columns: Mapping[str, FloatArray]) -> tuple[int, str, str] | None:
+    """Row, column and message of the first value that is not allowed in its column; None if there is none."""
     faults = []
     for name, values in columns.items():
         for allowed, expected in _rules(name):
             if len(bad := np.flatnonzero(~allowed(values))):
                 faults.append((int(bad[0]), name, expected))
-    if faults:
-        index, name, expected = min(faults)
-        value = columns[name][index]
-        got = "nothing" if np.isnan(value) else repr(float(value)).removesuffix(".0")
-        raise InputError(f"expected {expected}, got {got}", file=file, row=int(lines[index]), column=name)
-    _check_samples(columns, lines, file)
-    _check_indenters(columns, lines, file)
+    if not faults:
+        return None
+    index, name, expected = min(faults)
+    value = columns[name][index]
+    got = "nothing" if np.isnan(value) else repr(float(value)).removesuffix(".0")
+    return index, name, f"expected {expected}, got {got}"
 
 
 def _check_samples(columns: Mapping[str, FloatArray], lines: npt.NDArray[np.int64], file: str | Path) -> None:

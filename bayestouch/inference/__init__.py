@@ -8,6 +8,7 @@ from pathlib import Path
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.files import check_not_read, file_to_write
 from bayestouch.data.survey import survey
+from bayestouch.data.touch_columns import check_in_memory
 from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, source_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError, not_a, require_whole
@@ -113,8 +114,8 @@ def infer(
     Raises
     ------
     InputError
-        If the table does not fit the calibrated sensor or no row is in contact, the output cannot be written or is
-        the file of the touches, or the cluster cannot be reached.
+        If the table does not fit the calibrated sensor, has a value that files may not have or no row in contact, the
+        output cannot be written or is the file of the touches, or the cluster cannot be reached.
 
     Examples
     --------
@@ -185,6 +186,8 @@ def _run(touches: Touches | str | Path, calibration: Calibration, options: Optio
     """Prepared touches, and their source."""
     source = InMemory(touches) if isinstance(touches, Touches) else source_of(touches, calibration.sensor)
     options.check(source, calibration)
+    if isinstance(touches, Touches):  # those of a file are checked where they are read
+        check_in_memory(touches)
     body = body_of(calibration.sensor)
     body.own(options.of_some_bodies)
     try:

@@ -256,8 +256,8 @@ class Reader(Summarised):
         if not 1 <= count < np.inf:
             raise InputError(f"reads: expected at least 1, got {shown(reads)}")
         pressed = np.nan if load is None else _number("load", load)
-        if np.isinf(pressed):
-            raise InputError("load: expected a finite number, or nothing if it is not measured")
+        if abs(pressed) > LARGEST:
+            raise InputError("load: expected a finite number up to 1e12, or nothing if it is not measured")
         used = pressed if self._options.use_load else np.nan
         return sample - self.rest_reading, used, count, self._now(time_s)
 

@@ -183,12 +183,55 @@ def test_saving_replaces_the_whole_data_set_and_nothing_else(tmp_path: Path) -> 
     assert same_touches(load_dataset(tmp_path).touches, small(4))
 
 
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"readings": [[1.0, 2.0], [3.0, np.inf], [np.inf, 4.0]]}, "row 1, column e02: expected a finite number or {}"),
+        ({"readings": [[1.0, 2.0], [3.0, 4.0], [-1.1e12, 4.0]]}, "row 2, column e01: expected a number from -1e12 to"),
+        (
+            {"readings_sd": [[1.0, 2.0], [-0.1, np.nan], [1.0, 1.0]]},
+            "row 1, column e01_sd: expected a number from 0 up",
+        ),
+        ({"load": [1.0, np.nan, -np.inf]}, "row 2, column load: expected a finite number or {}, got -inf"),
+        ({"load": [1.1e12, 1.0, 1.0]}, "row 0, column load: expected a number from -1e12 to 1e12"),
+        ({"time_s": [1e13, 1e29, np.inf]}, "row 2, column time_s: expected a finite number or {}"),
+        ({"time_s": [1e13, 1e31, 0.0]}, "row 1, column time_s: expected a number from -1e30 to 1e30, got 1e[+]31"),
+        ({"x_mm": [0.0, np.nan, np.inf]}, "row 2, column x_mm: expected a finite number or {}"),
+        ({"depth_mm": [0.0, -1.0, 1.0]}, "row 1, column depth_mm: expected a number from 0 up or {}, got -1"),
+        ({"indenter_radius_mm": [0.0, np.inf, -1.0]}, "row 2, column indenter_radius_mm: expected a radius from 0"),
+        ({"contact": [0.0, 1.0, 2.0]}, "row 2, column contact: expected 0, 1 or {}, got 2"),
+        ({"reads": [np.nan, 0.0, 1.0]}, "row 1, column reads: expected an integer from 1 up or {}, got 0"),
+    ],
+)
+def test_tables_in_memory_have_only_values_that_files_may_have(changes: dict[str, object], message: str) -> None:
+    sensor, made = Sensor("s", Pad((0, 6))), small(3).with_(**changes)
+    expected = message.replace("{}", "nothing") + ".* \\(rows counted from 0\\)$"
+    with pytest.raises(InputError, match="^touches, " + expected) as caught:
+        DataSet(sensor, None, made)
+    assert str(caught.value.row) in message and caught.value.column in message
+    with pytest.raises(InputError, match="^calibration, " + expected):
+        DataSet(sensor, made, small(3))
+
+
+def test_unknown_values_and_the_largest_ones_are_allowed_in_memory() -> None:
+    most = small(3).with_(
+        readings=[[np.nan, 1e12], [-1e12, 0.0], [1.0, 2.0]],
+        readings_sd=[[np.nan, 0.0], [1e12, 0.0], [1.0, 2.0]],
+        load=[1e12, np.nan, -1e12],
+        indenter_radius_mm=[0.0, np.inf, np.nan],
+        time_s=[1e30, -1e30, np.nan],
+        reads=[1.0, 2.0**52, np.nan],
+    )
+    assert DataSet(Sensor("s", Pad((0, 6))), None, most).touches is most
+    assert DataSet(Sensor("s", Pad((0, 6))), None, most.select([])).touches.n_rows == 0
+
+
 def test_a_failed_save_changes_nothing(tmp_path: Path) -> None:
     sensor = Sensor("s", Pad((0, 6)))
     save_dataset(DataSet(sensor, None, small(3)), tmp_path)
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
     for touches in (
-        small().with_(load=[1.0, np.inf, 1.0]),
+        small().with_(sample=[0, -1, 0]),
         small().with_(extra={"e03": ["", "", ""]}),
         small().with_(extra={" note": ["", "", ""]}),
         small().with_(extra={"note": ["", "lone \ud800", ""]}),

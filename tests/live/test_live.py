@@ -373,8 +373,12 @@ def test_bad_input_gives_one_line() -> None:
     ):
         with pytest.raises(InputError, match=text):
             reader.read(wrong)
-    with pytest.raises(InputError, match="load: expected a finite number"):
-        reader.read(values, np.inf)
+    for load in (np.inf, -1.1e12):
+        with pytest.raises(InputError, match="load: expected a finite number up to 1e12"):
+            reader.read(values, load)
+    load = np.where(np.arange(data.touches.n_rows) == 2, np.inf, data.touches.load)
+    with pytest.raises(InputError, match=r"^row 2, column load: expected a finite number or nothing, got inf"):
+        bayestouch.infer(data.touches.with_(load=load), calibration)
     for count in (0, np.inf, np.nan):
         with pytest.raises(InputError, match="reads: expected at least 1"):
             reader.read(values, reads=count)  # type: ignore[arg-type]
