@@ -61,6 +61,12 @@ def nearest_turn(degrees: FloatArray, to: FloatOrArray) -> FloatArray:
         return np.asarray(degrees + 360 * np.round((to - degrees) / 360))
 
 
+def kept(array: npt.NDArray[Any], given: object) -> npt.NDArray[Any]:
+    """The array of a value that was given, read-only; copied if whoever gave it can still write to it."""
+    shared = array is given or array.base is not None
+    return read_only(array.copy() if shared and array.flags.writeable else array)
+
+
 def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
@@ -105,7 +111,7 @@ def float_array(value: object, name: str, shape: tuple[int, ...]) -> FloatArray:
         raise InputError(error.message, column=name) from None
     if array.shape != shape:
         raise InputError(f"expected an array of shape {shape}, got {array.shape}", column=name)
-    return read_only(array)
+    return kept(array, value)
 
 
 def whole_array(value: object, name: str, n: int) -> IntArray:
@@ -125,4 +131,4 @@ def text_rows(values: object, name: str, n: int) -> ObjectArray:
         raise InputError(f"expected an array of shape {(n,)}, got {array.shape}", column=name)
     if not all(isinstance(value, str) for value in array):
         array = np.array([value if isinstance(value, str) else str(value) for value in array], dtype=object)
-    return read_only(array)
+    return kept(array, values)

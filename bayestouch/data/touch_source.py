@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bayestouch.array_types import IntArray
+from bayestouch.data.arrays import read_only
 from bayestouch.data.copies import notes_on_copies
 from bayestouch.data.files import reading
 from bayestouch.data.parquet import parquet_pieces
@@ -253,8 +254,8 @@ def joined_touches(parts: Sequence[Touches]) -> Touches:
     for each in fields(Touches):
         if each.name not in ("extra", "notes"):
             columns = [getattr(part, each.name) for part in parts]
-            values[each.name] = None if columns[0] is None else np.concatenate(columns)
-    extra = {name: np.concatenate([part.extra[name] for part in parts]) for name in parts[0].extra}
+            values[each.name] = None if columns[0] is None else read_only(np.concatenate(columns))
+    extra = {name: read_only(np.concatenate([part.extra[name] for part in parts])) for name in parts[0].extra}
     return Touches(**values, extra=extra, notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)))
 
 

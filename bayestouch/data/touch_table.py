@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import read_only
 from bayestouch.data.files import write_together
 from bayestouch.data.parquet import read_parquet, write_parquet
 from bayestouch.data.remarks import Tally, remarks
@@ -119,16 +120,18 @@ def touches_of_table(table: RawTable, columns: Columns, sensor: Sensor) -> Touch
     """Return the touches of a checked table, or of a piece of it with complete touches."""
     n = len(table.line)
     touch = table.numbers["touch"].astype(np.int64)
-    unknown = np.full(n, np.nan)
+    # The arrays belong to this table alone: those that cannot be written to are not copied.
+    unknown = read_only(np.full(n, np.nan))
+    numbers = {name: read_only(values) for name, values in table.numbers.items()}
 
     def maybe(name: str) -> FloatArray | None:
-        return table.numbers.get(name)
+        return numbers.get(name)
 
     def column(name: str) -> FloatArray:
-        return table.numbers.get(name, unknown)
+        return numbers.get(name, unknown)
 
     sample = maybe("sample")
-    sds = [unknown if name is None else table.numbers[name] for name in columns.readings_sd]
+    sds = [unknown if name is None else numbers[name] for name in columns.readings_sd]
     locations = {name: maybe(name) for name in sensor.body.location_columns}
     return Touches(
         touch=touch,
@@ -141,10 +144,10 @@ def touches_of_table(table: RawTable, columns: Columns, sensor: Sensor) -> Touch
         load=column(sensor.body.load_column),
         depth_mm=column("depth_mm"),
         contact=column("contact"),
-        readings=np.stack([table.numbers[name] for name in columns.readings], axis=1),
-        readings_sd=np.stack(sds, axis=1) if any(columns.readings_sd) else None,
+        readings=read_only(np.stack([numbers[name] for name in columns.readings], axis=1)),
+        readings_sd=read_only(np.stack(sds, axis=1)) if any(columns.readings_sd) else None,
         reads=maybe("reads"),
-        extra=table.texts,
+        extra={name: read_only(values) for name, values in table.texts.items()},
         notes=table.notes,
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
-from bayestouch.data.arrays import float_array, responding, text_rows, whole_array
+from bayestouch.data.arrays import float_array, read_only, responding, text_rows, whole_array
 from bayestouch.errors import InputError, few
 from bayestouch.output.summary import Summarised, size_in_short, span
 from bayestouch.output.text import plural
@@ -27,7 +27,9 @@ _MAYBE_PER_ROW = ("angle_deg", "x_mm", "y_mm", "reads")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Touches(Summarised):
-    """Samples of touches; n rows, m elements. Arrays are read-only. `touches_from` fills in absent columns.
+    """Samples of touches; n rows, m elements. `touches_from` fills in absent columns.
+
+    Arrays are read-only. Those that are given are copied, unless they are read-only themselves.
 
     Attributes
     ----------
@@ -148,11 +150,11 @@ class Touches(Summarised):
             index = index.astype(np.int64)  # an empty list becomes an array of floats
         if not isinstance(index, slice) and index.dtype == np.bool_ and index.shape != (self.n_rows,):
             raise InputError(f"expected a mask of {self.n_rows} rows, got shape {index.shape}")
-        changes: dict[str, Any] = {"extra": {name: values[index] for name, values in self.extra.items()}}
+        changes: dict[str, Any] = {"extra": {name: read_only(values[index]) for name, values in self.extra.items()}}
         for each in fields(self):
             value = getattr(self, each.name)
             if isinstance(value, np.ndarray):
-                changes[each.name] = value[index]
+                changes[each.name] = read_only(value[index])  # so that it is not copied once more
         return replace(self, **changes)
 
     def with_(self, **changes: Any) -> Touches:

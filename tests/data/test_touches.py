@@ -78,11 +78,14 @@ def test_contact_is_lost_by_contact_depth_or_load_of_zero() -> None:
 
 
 def test_arrays_are_read_only_and_leave_the_callers_alone() -> None:
-    mine = np.ones((2, 1))
-    touches = touches_from([1, 2], mine)
+    mine, ids, notes = np.ones((2, 1)), np.array([1, 2]), np.array(["a", "b"], dtype=object)
+    touches = touches_from(ids, mine, load=mine[:, 0], extra={"note": notes})
     with pytest.raises(ValueError, match="read-only"):
         touches.readings[0, 0] = 3.0
-    mine[0, 0] = 2.0  # still the caller's to write
+    mine[0, 0], ids[0], notes[0] = 2.0, 5, "c"  # still the caller's to write, without an effect on the table
+    assert (touches.readings[0, 0], touches.load[0], touches.touch[0], touches.extra["note"][0]) == (1.0, 1.0, 1, "a")
+    assert touches.with_(load=mine[:, 0]).readings.base is touches.readings.base  # what is read-only is not copied
+    assert touches.select([0]).readings.base is not touches.readings.base
 
 
 def test_wires_in_another_order_take_all_that_belongs_to_an_element_with_them() -> None:
