@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.errors import InputError
 
 # Coefficients that are gathered at a time: 2 MB, which stays in the cache.
 _HELD = 1 << 18
@@ -207,7 +208,16 @@ class PadMap:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PadMap:
-        """Return the map from the result of `arrays`."""
+        """Return the map from the result of `arrays`.
+
+        Raises
+        ------
+        InputError
+            An array is missing, as from a damaged file.
+        """
+        lost = next((name for name in _NAMES if f"map_{name}" not in arrays), None)
+        if lost is not None:
+            raise InputError("missing from the arrays of the calibration", column=f"map_{lost}")
         names = (*_NAMES, *(name for name in _SOME if f"map_{name}" in arrays))
         return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in names})
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from bayestouch.results.arrays import array_of, arrays_of, group_of
 from bayestouch.results.data import TouchRows
 from bayestouch.results.draws_on_file import DrawsOnFile, NoDraws
 from bayestouch.results.groups import ROW_ARRAYS, ROW_READS, Attributes, Groups
+from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.schema import GROUPS, LOG_DENSITY
 from bayestouch.results.summaries import STATISTICS
@@ -51,7 +53,7 @@ def calibration_from_groups(groups: Groups, attributes: Attributes) -> Calibrati
         ),
         rows=_rows(groups, sensor),
         statistics=_from_json(attributes, "statistics", dict),
-        extra=arrays_of(group_of(groups, "extra")),
+        extra=_extra(groups, common["settings"]),
         **common,
     )
 
@@ -102,6 +104,15 @@ def grades_of(groups: Groups) -> dict[str, FloatArray]:
     """Grades (t,) of the draws of each touch, by name."""
     group = group_of(groups, "sample_stats")
     return arrays_of(group.drop_vars([name for name in group.data_vars if group[name].dims[:1] == ("chain",)]), "touch")
+
+
+def _extra(groups: Groups, settings: Mapping[str, str | float]) -> dict[str, FloatArray]:
+    """Arrays that only some calibrations have.
+
+    Without any, the group is empty. ArviZ leaves out empty groups when it writes a file.
+    """
+    needed = EFFECTS in settings or settings.get(E_MAP) == IDENTIFIED_MAP
+    return arrays_of(group_of(groups, "extra")) if needed or "extra" in groups else {}
 
 
 def _requested(groups: Groups) -> dict[str, dict[str, FloatArray]]:

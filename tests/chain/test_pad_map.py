@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.errors import InputError
 
 LOADS = np.geomspace(0.5, 8.0, 40)
 
@@ -78,6 +79,12 @@ def test_it_is_constant_beyond_its_loads_and_survives_a_file(map_: PadMap) -> No
     again = PadMap.from_arrays(map_.arrays())
     np.testing.assert_array_equal(again.at(x, np.array([1.0, 5.0]))[0], map_.at(x, np.array([1.0, 5.0]))[0])
     assert (map_.exact().at(x, np.array([1.0, 5.0]))[1] == 0).all()
+
+
+def test_a_map_without_one_of_its_arrays_is_refused_in_words(map_: PadMap) -> None:
+    arrays = {name: values for name, values in map_.arrays().items() if name != "map_sensitivity"}
+    with pytest.raises(InputError, match="map_sensitivity"):
+        PadMap.from_arrays(arrays)
 
 
 def test_errors_that_elements_share_do_not_ask_for_those_of_effects(

@@ -77,7 +77,7 @@ def test_a_file_with_something_missing_is_refused(kind: str, tmp_path: Path) -> 
     path = tmp_path / "file.nc"
     (calibration() if kind == "calibration" else touches()).save(path)
     content = path.read_bytes()
-    own = ["mode", "laplace", "noise", "extra"] if kind == "calibration" else ["sample_stats", "constant_data"]
+    own = ["mode", "laplace", "noise"] if kind == "calibration" else ["sample_stats", "constant_data"]
     texts = ["bayestouch", "bayestouch_format", "sensor", "sensor_notes", "parameters", "settings", "notes"]
     arrays = ["rows/predicted", "rows/radius_mm", "rows/touch", "observed_data/load", "observed_data/reading"]
     if kind == "calibration":
