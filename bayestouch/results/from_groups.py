@@ -142,7 +142,7 @@ def _rows(groups: Groups, sensor: Sensor) -> TouchRows:
             if name.startswith("location_")
         },
         radius_mm=array_of(rows, "radius_mm", shape[:1]),
-        load=array_of(observed, "load", shape[:1]),
+        load=array_of(observed if "load" in observed else group_of(groups, "constant_data"), "load", shape[:1]),
         observed=array_of(observed, "reading", shape),
         **arrays,
         **reads,

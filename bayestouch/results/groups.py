@@ -79,7 +79,8 @@ def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes
         "noise": noise,
         "extra": named(calibration.extra),
         **_requested(calibration, units, touch),
-        **_row_groups(calibration.rows, units, touch),
+        # Loads are given to the model of a calibration. ArviZ compares all observed data with predictions.
+        **_row_groups(calibration.rows, units, touch, loads="constant_data"),
     }
     return groups, _attributes("calibration", calibration) | {"statistics": _to_json(calibration.statistics)}
 
@@ -91,7 +92,7 @@ def touch_groups(result: PosteriorsData, first: int = 0) -> tuple[Groups, Attrib
     """
     units = units_of(result)
     touch = touch_coordinates(result.rows, first)
-    rows = _row_groups(result.rows, units, touch)
+    rows = _row_groups(result.rows, units, touch, loads="observed_data")
     posterior = {name: (("chain", "draw", "touch"), values) for name, values in result.posterior.items()}
     groups = {
         **({"posterior": dataset(posterior, units).assign_coords(touch)} if posterior else {}),
@@ -132,12 +133,12 @@ def _requested(
     return groups
 
 
-def _row_groups(rows: TouchRows, units: Mapping[str, str], touch: Mapping[str, xr.Variable]) -> Groups:
+def _row_groups(rows: TouchRows, units: Mapping[str, str], touch: Mapping[str, xr.Variable], *, loads: str) -> Groups:
+    """Groups of the touches as they were read; `loads` is the group of the measured loads."""
     by_element = {name: (("touch", "element"), getattr(rows, name)) for name in ROW_ARRAYS}
-    observed = {"reading": (("touch", "element"), rows.observed), "load": (("touch",), rows.load)}
     location = dict(rows.location)
-    return {
-        "observed_data": dataset(observed, units).assign_coords(touch),
+    groups = {
+        "observed_data": dataset({"reading": (("touch", "element"), rows.observed)}, units).assign_coords(touch),
         "constant_data": by_touch(location | {"r_c": rows.radius_mm}, units).assign_coords(touch),
         "rows": dataset(
             by_element
@@ -146,6 +147,8 @@ def _row_groups(rows: TouchRows, units: Mapping[str, str], touch: Mapping[str, x
             units,
         ).assign_coords(touch),
     }
+    groups[loads] = groups[loads].merge(by_touch({"load": rows.load}, units))
+    return groups
 
 
 def _attributes(kind: str, result: CalibrationData | PosteriorsData) -> Attributes:

@@ -77,13 +77,14 @@ def test_a_file_with_something_missing_is_refused(kind: str, tmp_path: Path) -> 
     path = tmp_path / "file.nc"
     (calibration() if kind == "calibration" else touches()).save(path)
     content = path.read_bytes()
-    own = ["mode", "laplace", "noise"] if kind == "calibration" else ["sample_stats", "constant_data"]
+    own = ["mode", "laplace", "noise"] if kind == "calibration" else ["sample_stats"]
     texts = ["bayestouch", "bayestouch_format", "sensor", "sensor_notes", "parameters", "settings", "notes"]
-    arrays = ["rows/predicted", "rows/radius_mm", "rows/touch", "observed_data/load", "observed_data/reading"]
+    arrays = ["rows/predicted", "rows/radius_mm", "rows/touch", "observed_data/reading"]
+    arrays += ["constant_data/load" if kind == "calibration" else "observed_data/load"]
     if kind == "calibration":
         texts += ["statistics"]
         arrays += ["laplace/covariance", "laplace/row", "noise/tactile_sd", "noise/force_sd"]
-    for name in ["posterior", "rows", "observed_data", *own, *arrays]:
+    for name in ["posterior", "rows", "observed_data", "constant_data", *own, *arrays]:
         path.write_bytes(content)
         with h5py.File(path, "a") as file:
             del file[name]
