@@ -97,7 +97,8 @@ def infer(
         The value returned is read from the file: draws larger than 1 GB stay on file, and each parameter is read
         when it is used.
     seed : int
-        Seed of every random number. The draws of a touch depend only on it and on the number of the touch in the table.
+        Seed of every random number. The random numbers of a touch depend only on it and on how many touches are before
+        the touch in the table, not on its id.
     workers : int, optional
         Number of processes; by default the number of cores. The result does not depend on it.
     scheduler : str, optional

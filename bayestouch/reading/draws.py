@@ -33,7 +33,7 @@ class DrawPlan:
     draws : int
         Draws of a touch, over all chains.
     seed : int
-        Seed. The draws of a touch depend only on it and on the number of the touch.
+        Seed. The draws of a touch depend only on it and on the number of touches before it.
     method : {"emcee", "importance"}
         Sampling method.
     least_ess : float

@@ -38,7 +38,7 @@ def requested_groups(
     seed : int
         Seed of the run.
     first : int
-        Number of the first touch. Random numbers of a touch depend only on the seed and on its number.
+        Number of touches before the first one. Random numbers of a touch depend only on the seed and on this number.
     """
     out: Requested = {}
     chains, n, t = next(iter(posterior.values())).shape

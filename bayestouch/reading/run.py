@@ -71,7 +71,7 @@ class ReadyReader:
             yield first, self._posteriors(first, block, drawn)
 
     def _posteriors(self, first: int, block: Any, drawn: Drawn) -> TouchPosteriors:
-        estimates = self.reader.estimates(block, drawn)
+        estimates = self.reader.estimates(block, drawn, first)
         groups = {}
         if self.groups and estimates.model is not None:
             kept = {name: values[:, :: self.thin] for name, values in estimates.posterior.items()}

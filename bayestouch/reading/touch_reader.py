@@ -226,8 +226,8 @@ class TouchReader(Protocol):
         """Touches in the form that the sampler needs."""
         ...
 
-    def estimates(self, block: Any, drawn: Drawn) -> Estimates:
-        """Estimates from the draws and their grades."""
+    def estimates(self, block: Any, drawn: Drawn, first: int) -> Estimates:
+        """Estimates from the draws and their grades; `first` touches of the table are before the block."""
         ...
 
     def notes(self, found: Survey, whole: Any | None) -> tuple[str, ...]:

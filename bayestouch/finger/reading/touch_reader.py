@@ -221,7 +221,7 @@ class FingerTouchReader:
         """Readings without reference locations and radii."""
         return block.readings
 
-    def estimates(self, block: FingerTouches, drawn: Drawn) -> Estimates:
+    def estimates(self, block: FingerTouches, drawn: Drawn, first: int) -> Estimates:
         """Draws of r_c, R, θ_c and P, and readings predicted at their means; grade 0 beyond the priors."""
         means, radius = block.means, self.sampler.priors.radius
         log_probability, whitener = drawn.pop(TIPS, None), drawn.pop(WHITENER, None)

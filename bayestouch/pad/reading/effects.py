@@ -47,7 +47,7 @@ def with_true_loads(
     measured : (t,) array
         Acting loads of the touches, N; NaN not measured.
     numbers : (t,) int array
-        Numbers of the touches. The random numbers of a touch depend only on its number and on the seed.
+        Number of touches before each in the table. The random numbers of a touch depend only on it and on the seed.
     seed : int
         Seed of the resampling.
     """
@@ -59,8 +59,7 @@ def with_true_loads(
     log = np.log(np.maximum(effects.pressing_slope(acting), 1e-300)) - 0.5 * ((out["P"] - mean) / sd) ** 2
     log = log + 0.5 * ((acting - reader.load) / reader.load_sd) ** 2
     shape, unknown = acting.shape[:2], np.flatnonzero(np.isnan(measured))
-    # Numbers in a table may be negative, those of streams may not.
-    streams = BlockStreams(seed, numbers[unknown].astype(np.uint64), PURPOSE)
+    streams = BlockStreams(seed, numbers[unknown], PURPOSE)
     weights = softmax(np.moveaxis(log[..., unknown], -1, 0).reshape(len(unknown), acting[..., 0].size), axis=1)
     for t, chosen in zip(unknown, systematic_resample(weights, weights.shape[1], streams.uniform(1)), strict=True):
         for draws in out.values():

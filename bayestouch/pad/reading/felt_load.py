@@ -35,15 +35,14 @@ def acting_loads(felt: FloatArray, touches: PadTouches, numbers: IntArray, seed:
     touches : PadTouches
         The touches, with the priors of their loads.
     numbers : (t,) int array
-        Numbers of the touches. The random numbers of a touch depend only on its number and on the seed.
+        Number of touches before each in the table. The random numbers of a touch depend only on it and on the seed.
     seed : int
         Seed of the run.
     """
     if touches.load_scatter == 0:
         return felt
     kept, sd = acting_given_felt(touches.load_sd, touches.load_scatter)
-    # Numbers in a table may be negative, those of streams may not.
-    streams = BlockStreams(seed, numbers.astype(np.uint64), PURPOSE)
+    streams = BlockStreams(seed, numbers, PURPOSE)
     standard = np.moveaxis(streams.normal(*felt.shape[:2]), 0, -1)
     mean = touches.load + kept * (felt - touches.load)
     acting = np.asarray(mean + sd * standard)

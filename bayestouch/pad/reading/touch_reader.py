@@ -200,7 +200,7 @@ class PadTouchReader:
         """The touches; their reference locations are used only for ``reference_level``."""
         return block
 
-    def estimates(self, block: TouchMeans, drawn: Drawn) -> Estimates:
+    def estimates(self, block: TouchMeans, drawn: Drawn, first: int) -> Estimates:
         """Draws of x, y and P, and posterior means of the readings; grade 0 beyond the calibrated region."""
         reader, effects = self.sampler.reader, self.effects
         posterior = {name: drawn.pop(name) for name in coordinates(reader)}
@@ -212,11 +212,10 @@ class PadTouchReader:
         load = block.load
         if isinstance(block, CorrectedMeans):
             load = np.where(np.isnan(load), np.nan, block.load_as_read)
-        posterior["P"] = acting_loads(posterior["P"], touches, block.touch, self.options.seed)
+        numbers, seed = first + np.arange(block.n_touches), self.options.seed
+        posterior["P"] = acting_loads(posterior["P"], touches, numbers, seed)
         if effects is not None:
-            posterior = with_true_loads(
-                posterior, effects, reader, self.calibrated_load, block.load, block.touch, self.options.seed
-            )
+            posterior = with_true_loads(posterior, effects, reader, self.calibrated_load, block.load, numbers, seed)
         location = {name: block.location[:, axis] for axis, name in enumerate(COORDINATES[: block.location.shape[1]])}
         rows = TouchRows(
             touch=block.touch,

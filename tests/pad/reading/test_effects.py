@@ -24,8 +24,8 @@ def resampled(draws: np.ndarray, numbers: list[int], measured: list[float]) -> d
 
 def test_draws_of_a_touch_without_a_load_do_not_depend_on_the_other_touches() -> None:
     draws = np.random.default_rng(0).normal(1.5, 0.3, (2, 500, 3))
-    whole = resampled(draws.copy(), [4, -7, 12], [np.nan, np.nan, np.nan])
-    alone = resampled(draws[..., 1:2].copy(), [-7], [np.nan])
+    whole = resampled(draws.copy(), [4, 7, 12], [np.nan, np.nan, np.nan])
+    alone = resampled(draws[..., 1:2].copy(), [7], [np.nan])
     for name in ("x", "P"):
         np.testing.assert_array_equal(whole[name][..., 1:2], alone[name])
     np.testing.assert_allclose(whole["P"], (whole["x"] / 10) ** 2, rtol=1e-14)

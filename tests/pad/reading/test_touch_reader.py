@@ -71,3 +71,23 @@ def test_touches_outside_of_the_calibrated_region_are_not_good(make: Callable[[]
     read = bayestouch.infer(pad.touch(place, rng, samples=16), calibration, draws=512)
     np.testing.assert_array_equal(read.sample_stats["grade"], [1, 1, 0, 0])
     assert (read.beyond, read.missed) == (2, 0)
+
+
+@pytest.mark.parametrize("use_load", [False, True])
+def test_draws_go_by_the_position_of_a_touch_not_by_its_id(use_load: bool) -> None:
+    """With acting loads from felt ones, and with true loads resampled: both have random numbers of their own."""
+    pad, calibration = flattening()
+    calibration = replace(calibration, noise=replace(calibration.noise, load_scatter=0.02))
+    table = pad.touch(np.full((4, 1), 16.0), np.random.default_rng(8), load=np.full(4, 1.0), measured=True, samples=4)
+
+    def loads(table: bayestouch.Touches) -> np.ndarray:
+        return bayestouch.infer(table, calibration, draws=64, use_load=use_load, check_sensor=False).posterior["P"]
+
+    first = loads(table)
+    for ids in (table.touch + 1000, -table.touch):
+        np.testing.assert_array_equal(loads(table.with_(touch=ids)), first)
+    # The touches before may be others; one touch fewer before it gives other random numbers.
+    before = table.touch < 2
+    other = table.with_(readings=np.where(before[:, None], 1.01 * table.readings, table.readings))
+    np.testing.assert_array_equal(loads(other)[..., 2:], first[..., 2:])
+    assert (loads(table.select(table.touch > 0))[..., -1] != first[..., -1]).any()
