@@ -131,6 +131,10 @@ class PadEffects:
             signal=signal,
         )
 
+    def clock(self, touches: Touches) -> Timing:
+        """Times of the rows of a table, in the unit of the times of these effects."""
+        return Timing.in_unit(touches, self.listed.setting.time_unit)
+
     def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
         """The table with signals (plus the zeros of the elements) instead of readings, and with acting loads.
 
@@ -144,7 +148,7 @@ class PadEffects:
             The same table, corrected with nearly the same values: the start of the Newton steps.
         """
         rows = np.flatnonzero(touches.in_contact)
-        clock = clock or Timing.in_unit(touches, self.listed.setting.time_unit)
+        clock = clock or self.clock(touches)
         place = tuple(np.full(len(rows), np.nan) for _ in self.element_place)
         recording = replace(
             self._recording(np.ones(len(rows)), np.zeros((len(rows), len(self.peak))), place),

@@ -243,8 +243,9 @@ class PadTouchReader:
         return np.asarray(np.any(ends, axis=0))
 
     def notes(self, found: Survey, whole: AveragedTouches | None) -> tuple[str, ...]:
-        """Notes on the use of loads and on the effects that are corrected."""
-        return (*self._load_notes(found), *self._effect_notes())
+        """Notes on the use of loads, on assumed times and on the effects that are corrected."""
+        time = "" if whole is None or self.effects is None else self.effects.clock(whole.piece).note
+        return (*self._load_notes(found), *filter(None, [time]), *self._effect_notes())
 
     def _load_notes(self, found: Survey) -> list[str]:
         reader = self.sampler.reader

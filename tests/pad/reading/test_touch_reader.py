@@ -11,6 +11,7 @@ from pad_simulation import FORCE_NOISE, SimulatedPad, flattened, flattening, gri
 from scipy.stats import norm
 
 import bayestouch
+from bayestouch.effects.stated import StatedModel
 
 
 def test_measured_loads_of_a_result_are_as_read() -> None:
@@ -91,3 +92,25 @@ def test_draws_go_by_the_position_of_a_touch_not_by_its_id(use_load: bool) -> No
     other = table.with_(readings=np.where(before[:, None], 1.01 * table.readings, table.readings))
     np.testing.assert_array_equal(loads(other)[..., 2:], first[..., 2:])
     assert (loads(table.select(table.touch > 0))[..., -1] != first[..., -1]).any()
+
+
+@pytest.mark.parametrize("effect", ["memory", "creep"])
+def test_touches_without_times_are_read_with_a_note(effect: str) -> None:
+    """One unit a touch, of which samples take a fifth: corrected as with these times written out, without a note."""
+    design = bayestouch.PadDesign(
+        element_x_mm=(0.0, 6.0, 12.0), element_y_mm=None, samples_per_touch=2, calibration_step_mm=1.5, n_touches=8
+    )
+    dataset = bayestouch.simulate(design, seed=3, effects={effect: 0.1}).dataset
+    stated = StatedModel("pad", "", ((effect, {}),))
+    calibration = bayestouch.calibrate(dataset, model=stated, kernel="layer", e_map="model", draws=8)
+    touches = dataset.touches
+    timeless, written = (
+        bayestouch.infer(touches.with_(time_s=time), calibration, draws=64, check_sensor=False)
+        for time in (np.full(16, np.nan), touches.touch + 0.2 * touches.sample)
+    )
+    np.testing.assert_allclose(timeless.rows.observed, written.rows.observed, rtol=1e-9)
+    note = (
+        "times are missing: the order of the rows is taken as time, one unit a touch. The effects of the calibration "
+        "have times in s, which do not fit."
+    )
+    assert note in timeless.notes and not any("time" in each for each in written.notes)
