@@ -80,14 +80,12 @@ class DataSet(Summarised):
         import pandas as pd
 
         tables = {"calibration": self.calibration, "touches": self.touches}
-        return pd.concat(
-            [
-                pd.DataFrame({"table": name} | table_columns(table, self.sensor, name) | {"table": name})
-                for name, table in tables.items()
-                if table is not None and table.n_rows
-            ],
-            ignore_index=True,
-        )
+        frames = [
+            pd.DataFrame({"table": name} | table_columns(table, self.sensor, name) | {"table": name})
+            for name, table in tables.items()
+            if table is not None and table.n_rows
+        ]
+        return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=["table"])
 
     def summary_lines(self) -> list[str]:
         """Lines of the ``repr``."""

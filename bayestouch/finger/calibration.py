@@ -33,6 +33,7 @@ from bayestouch.model.requested import groups_of_draws
 from bayestouch.model.rest_errors import rest_errors
 from bayestouch.model.split_data import CORRECTED_REST, SplitData
 from bayestouch.output.progress import Progress
+from bayestouch.output.text import those_with
 from bayestouch.priors.far_from_priors import far_from_priors
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.data import TouchRows
@@ -340,7 +341,7 @@ def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
         )
     if (known.load_reads == 0).any():
         count = int((known.load_reads == 0).sum())
-        notes.append(f"{count} calibration touches have no measured load: it is inferred with the rest.")
+        notes.append(f"{those_with(count, 'calibration touch')} no measured load: it is inferred with the rest.")
     return tuple(notes)
 
 

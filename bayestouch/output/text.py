@@ -62,6 +62,11 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}{'es' if noun.endswith(('ch', 'sh', 's', 'x')) else 's'}"
 
 
+def those_with(count: int, noun: str) -> str:
+    """Return a count with its noun and its verb: ``1 touch has``, ``2 touches have``."""
+    return f"{plural(count, noun)} {'has' if count == 1 else 'have'}"
+
+
 def listed(parts: list[str]) -> str:
     """Return a list as text: ``a``, ``a and b``, ``a, b and c``."""
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -12,6 +12,7 @@ from bayestouch.data.baseline import Baseline
 from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.errors import few
+from bayestouch.output.text import those_with
 from bayestouch.reading.check import check_sensor
 from bayestouch.reading.draws import DrawPlan, draw_blocks
 from bayestouch.reading.driver import TouchRun, in_blocks
@@ -166,8 +167,5 @@ def _without_reading(found: Survey) -> tuple[str, ...]:
     numbers = found.without_reading
     if not numbers:
         return ()
-    what = "touch has" if len(numbers) == 1 else "touches have"
-    names = few([str(number) for number in numbers])
-    return (
-        f"{len(numbers)} {what} no reading (touch {names}): nothing but a measured load is known, and the grade is 0",
-    )
+    who, names = those_with(len(numbers), "touch"), few([str(number) for number in numbers])
+    return (f"{who} no reading (touch {names}): nothing but a measured load is known, and the grade is 0",)

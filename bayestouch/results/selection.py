@@ -49,11 +49,13 @@ def positions_of(rows: TouchRows, index: int | slice | ArrayLike) -> IntArray:
     Raises
     ------
     IndexError
-        If a position is not in the table, or the condition has another length.
+        If a position is not in the table, the condition has another length, or the index has more than one axis.
     """
     if isinstance(index, list) and not index:  # numpy makes numbers with a point of it, which are no positions
         return np.arange(0)
     found = np.arange(len(rows.touch))[index if isinstance(index, slice) else np.asarray(index)]
+    if found.ndim > 1:
+        raise IndexError(f"touches have one axis, got an index of shape {found.shape}")
     return np.atleast_1d(found)
 
 

@@ -322,6 +322,12 @@ def test_a_folder_of_the_name_of_a_file_keeps_the_data_set_as_it_was(tmp_path: P
     assert {path.name: path.is_file() and path.read_bytes() for path in old.iterdir()} == before
 
 
+def test_a_data_set_without_rows_has_a_frame_without_rows() -> None:
+    none = touches_from([0], [[4.0, 5.0]]).select([])
+    frame = DataSet(Sensor("pad", Pad((0.0, 6.0))), none, none).to_dataframe()
+    assert (len(frame), list(frame.columns)) == (0, ["table"])
+
+
 def test_a_further_column_does_not_take_the_place_of_the_name_of_the_table(tmp_path: Path) -> None:
     text = "touch,x_mm,e01,e02,table\n0,1,4,5,mine\n1,2,5,6,mine\n"
     frame = load_dataset(folder(tmp_path / "d", touches=text, calibration=text)).to_dataframe()

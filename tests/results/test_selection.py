@@ -76,6 +76,8 @@ def test_a_result_is_a_sequence_of_touches(posteriors: bayestouch.TouchPosterior
         posteriors[5]
     with pytest.raises(IndexError):
         posteriors[np.array([True, False])]
+    with pytest.raises(IndexError, match="one axis"):
+        posteriors[[[1, 2]]]
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,7 @@ from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_t
 from bayestouch.finger.reading.touches_with_effects import observe, prepare
 from bayestouch.finger.reading.true_load import changes_load, changing_in_time
 from bayestouch.model.observations import Observations
+from bayestouch.output.text import those_with
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.priors.radius import RadiusOfTips
@@ -261,10 +262,12 @@ class FingerTouchReader:
 
     def notes(self, found: Survey, whole: AveragedTouches | None) -> tuple[str, ...]:
         """Notes on touches without a measured load (if loads are used), and on assumed times and states."""
-        missing = found.rows_without_load if self.options.each_sample else found.touches_without_load
+        missing, what = found.touches_without_load, "touch"
+        if self.options.each_sample:
+            missing, what = found.rows_without_load, "sample"
         notes = []
         if self.options.use_load and missing:
-            notes.append(f"{missing} touches have no measured load: their load is inferred from the elements.")
+            notes.append(f"{those_with(missing, what)} no measured load: it is inferred from the elements.")
         if whole is not None and whole.note:
             notes.append(whole.note)
         if self.effects_chain is not None and self.options.recorded_s is None:

@@ -13,6 +13,7 @@ from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
+from bayestouch.output.text import those_with
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.effect_changes import CorrectedMeans, corrected_means
 from bayestouch.pad.known_touches import pad_readings
@@ -248,16 +249,13 @@ class PadTouchReader:
         return (*self._load_notes(found), *filter(None, [time]), *self._effect_notes())
 
     def _load_notes(self, found: Survey) -> list[str]:
-        reader = self.sampler.reader
-        missing = found.touches_without_load if self.options.use_load else found.n_touches
+        reader, missing = self.sampler.reader, found.touches_without_load
+        prior = f"the prior of a load is that of the calibration's loads, {reader.load:.3g} ± {reader.load_sd:.2g} N"
+        if not self.options.use_load:
+            return [f"measured loads are not used: {prior}"] if reader.load_measured else []
         if missing < found.n_touches and not reader.load_measured:
             return ["loads are measured but were not in the calibration: they are not used"]
-        if reader.load_measured and missing:
-            return [
-                f"{missing} touches have no measured load: their prior is that of the calibration's loads, "
-                f"{reader.load:.3g} ± {reader.load_sd:.2g} N"
-            ]
-        return []
+        return [f"{those_with(missing, 'touch')} no measured load: {prior}"] if reader.load_measured and missing else []
 
     def _effect_notes(self) -> list[str]:
         effects = self.effects

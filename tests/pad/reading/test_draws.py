@@ -215,7 +215,10 @@ def test_true_loads_are_covered() -> None:
     for posterior in (with_force, without):
         low, high = posterior.interval("P", 0.9)
         assert np.mean((low < load) & (load < high)) == pytest.approx(0.9, abs=5 * np.sqrt(0.09 / 300))
-    assert any("300 touches have no measured load" in note for note in without.notes)
+    assert any(note.startswith("measured loads are not used: the prior of a load is that") for note in without.notes)
+    assert not any("no measured load" in note for note in (*without.notes, *with_force.notes))
+    one = infer(touches.select([0]).with_(load=[np.nan]), calibration, draws=64, workers=1)
+    assert any(note.startswith("1 touch has no measured load: the prior of a load is that") for note in one.notes)
 
 
 def test_plug_in_is_narrower(line_pad: tuple[SimulatedPad, Calibration]) -> None:
