@@ -14,6 +14,7 @@ from .data.sensor import Rubber as Rubber
 from .data.sensor import Sensor as Sensor
 from .data.template import new_dataset as new_dataset
 from .data.touches import Touches as Touches
+from .data.touches import touches_from as touches_from
 from .diagnosis import diagnose as diagnose
 from .diagnosis.result import Diagnosis as Diagnosis
 from .errors import InputError as InputError

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
 from bayestouch.data.arrays import float_array, read_only, responding, text_rows, whole_array
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError, few, unknown_name
 from bayestouch.output.summary import Summarised, size_in_short, span
 from bayestouch.output.text import plural
 
@@ -208,17 +208,55 @@ class Touches(Summarised):
 def touches_from(
     touch: npt.ArrayLike, readings: npt.ArrayLike, *, sample: npt.ArrayLike | None = None, **columns: Any
 ) -> Touches:
-    """Return `Touches` from the given columns; the other attributes become unknown (NaN or None).
+    """Return `Touches` from arrays or columns of a data frame; n rows (samples), m elements.
 
     Parameters
     ----------
     touch : int array, shape (n,)
+        Id of the touch of each row.
     readings : array, shape (n, m)
+        Raw readings in the sensor's own unit, one column an element; NaN missing.
     sample : int array, shape (n,), optional
-        By default the rows of each touch are numbered in order.
+        Number of the sample within the touch. By default the rows of each touch are numbered in order.
     **columns
-        Any other attribute of `Touches`; a single number applies to every row.
+        Any other attribute of `Touches`, such as ``load`` (N/m on a finger, N on a pad), ``angle_deg``, ``x_mm``,
+        ``y_mm``, ``indenter_radius_mm`` or ``time_s``: an array of shape (n,), or a number for every row. What is not
+        given, or None, is unknown.
+
+    Returns
+    -------
+    Touches
+        The table, its arrays read-only.
+
+    Raises
+    ------
+    InputError
+        A column has another name or another number of rows, or is not numeric.
+
+    Examples
+    --------
+    Four samples of two touches on a finger of three elements:
+
+    >>> import bayestouch
+    >>> readings = [[210.0, 80.0, 12.0], [211.0, 79.0, 13.0], [35.0, 190.0, 60.0], [36.0, 191.0, 58.0]]
+    >>> table = bayestouch.touches_from([0, 0, 1, 1], readings, load=200.0, angle_deg=[-8.0, -8.0, 1.0, 1.0])
+    >>> table.sample.tolist(), table.load.tolist()  # N/m
+    ([0, 1, 0, 1], [200.0, 200.0, 200.0, 200.0])
+
+    A data frame of `DataSet.to_dataframe`, back to touches:
+
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> frame = bayestouch.simulate(design, seed=3).dataset.to_dataframe().query("table == 'touches'")
+    >>> names = ["touch", "sample", "time_s", "indenter_radius_mm", "angle_deg"]
+    >>> elements = frame.filter(regex="^e[0-9]+$")
+    >>> bayestouch.touches_from(readings=elements, load=frame["load_N_per_m"], **frame[names]).n_touches
+    45
     """
+    known = [each.name for each in fields(Touches)]
+    for name in columns:
+        if name not in known:
+            raise unknown_name("column of touches", name, known)
+    columns = {name: values for name, values in columns.items() if values is not None}
     ids = whole_array(touch, "touch", len(np.atleast_1d(np.asarray(touch))))
     n = len(ids)
     given = {

@@ -322,6 +322,21 @@ def test_a_folder_of_the_name_of_a_file_keeps_the_data_set_as_it_was(tmp_path: P
     assert {path.name: path.is_file() and path.read_bytes() for path in old.iterdir()} == before
 
 
+def test_a_frame_becomes_the_same_touches_again() -> None:
+    made = touches_from(
+        [3, 3, 8],
+        [[1.0, np.nan], [2.0, 5.0], [3.0, 6.0]],
+        load=[1.5, np.nan, 2.5],
+        x_mm=[0.0, 0.0, 4.0],
+        time_s=[0.0, 0.5, 7.0],
+        indenter_radius_mm=np.inf,
+    )
+    frame = DataSet(Sensor("pad", Pad((0.0, 6.0))), None, made).to_dataframe()
+    names = ["touch", "sample", "time_s", "x_mm", "indenter_radius_mm"]
+    again = touches_from(readings=frame.filter(regex="^e[0-9]+$"), load=frame["load_N"], **frame[names])
+    assert same_touches(again, made)
+
+
 def test_a_data_set_without_rows_has_a_frame_without_rows() -> None:
     none = touches_from([0], [[4.0, 5.0]]).select([])
     frame = DataSet(Sensor("pad", Pad((0.0, 6.0))), none, none).to_dataframe()

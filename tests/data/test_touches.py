@@ -66,6 +66,16 @@ def test_missing_values_of_pandas_are_missing() -> None:
     np.testing.assert_array_equal(touches.with_(readings=table.iloc[:, 1::-1]).readings, touches.readings[:, ::-1])
 
 
+def test_a_column_with_another_name_is_refused_with_those_that_are_known() -> None:
+    with pytest.raises(InputError, match=r"unknown column of touches 'angle'.*did you mean angle_deg"):
+        touches_from([1, 2], [[1.0], [2.0]], angle=3.0)
+
+
+def test_a_column_that_is_none_is_unknown() -> None:
+    made = touches_from([1, 2], [[1.0], [2.0]], load=None, angle_deg=None, reads=None)
+    assert np.isnan(made.load).all() and made.angle_deg is None and made.reads is None
+
+
 def test_contact_is_lost_by_contact_depth_or_load_of_zero() -> None:
     touches = touches_from(
         range(7),

@@ -12,7 +12,7 @@ import pytest
 
 import bayestouch
 
-PARAMETER = re.compile(r"^(\w[\w, ]*?)(?: : .+)?$", re.MULTILINE)
+PARAMETER = re.compile(r"^(?:\*\*)?(\w[\w, ]*?)(?: : .+)?$", re.MULTILINE)
 #: A check reports what is wrong with a data set, it does not refuse it.
 RAISES_NOTHING = {"check"}
 FUNCTIONS = [name for name in bayestouch.__all__ if inspect.isfunction(getattr(bayestouch, name))]
