@@ -53,6 +53,8 @@ class TouchMeans(Summarised):
     raw_reads : array, shape (t,), or None
         Number of raw reads of the element that was read most, without regard to the noise of a rest reading; None if
         it is that of `counts`.
+    sample : int array, shape (t,), or None
+        Number of the sample within its touch if each row is one sample; None if each row is a touch.
     """
 
     touch: IntArray
@@ -72,6 +74,7 @@ class TouchMeans(Summarised):
     load_error_dof: float = 0.0
     repeats_equal: bool = False
     raw_reads: FloatArray | None = None
+    sample: IntArray | None = None
 
     @property
     def n_touches(self) -> int:

@@ -77,7 +77,8 @@ def infer(
         Look for elements (dead, stuck, swapped, changed gain or zero) and a force sensor that no longer read as in the
         calibration, and leave them out; the notes name them. For fingers, and for pads with at least three elements.
     each_sample : bool
-        Infer a posterior for each sample, not for the mean of each touch (fingers only).
+        Infer a posterior for each sample, not for the mean of each touch (fingers only). The coordinate ``sample`` and
+        ``rows.sample`` say which one it is.
     method : {"emcee", "importance"}
         Markov chains by emcee, or Pareto-smoothed importance sampling, which uses Markov chains for touches with poor
         weights (fingers only).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -261,9 +261,7 @@ def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:
         return {key: np.concatenate([part[key] for part in parts], axis=-1) for key in parts[0]}
 
     rows: dict[str, Any] = {
-        each.name: np.concatenate([getattr(block.rows, each.name) for block in blocks])
-        for each in fields(TouchRows)
-        if each.name != "location"
+        name: np.concatenate([getattr(block.rows, name) for block in blocks]) for name in first.rows.arrays()
     }
     location = {key: np.concatenate([block.rows.location[key] for block in blocks]) for key in first.rows.location}
     tips = [block.tips.log_probability for block in blocks if block.tips is not None]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,8 @@ class TouchRows(Summarised):
         own, whose noise is in the mean. 0 where there is no reading.
     samples, load_reads : (t,) arrays
         Number of raw reads of the elements in each touch, and of the force sensor in its mean load, at least 1.
+    sample : (t,) int array, or None
+        Number of the sample within its touch, if each sample was read by itself; None if whole touches were.
     """
 
     touch: NDArray[np.int64]
@@ -59,6 +61,12 @@ class TouchRows(Summarised):
     counts: FloatArray
     samples: FloatArray
     load_reads: FloatArray
+    sample: NDArray[np.int64] | None = None
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Every array of the touches by name, but for those of `location`."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 
     @property
     def usual_load_reads(self) -> float | None:

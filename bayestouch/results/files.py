@@ -84,7 +84,8 @@ def to_dataframe(
     pandas.DataFrame
         One row for each parameter and each touch (or each element), in order: ``parameter``, ``touch`` or
         ``element`` (from 1 as in ``e01``; missing for a parameter that all elements share), ``unit``, ``mean``, ``sd``
-        and the quantiles, by default ``q5``, ``q50``, ``q95``. Posteriors of touches have a last column ``reference``.
+        and the quantiles, by default ``q5``, ``q50``, ``q95``. Posteriors of touches have a last column ``reference``,
+        and those of single samples a column ``sample`` after ``touch``.
     """
     import pandas as pd
 
@@ -107,6 +108,7 @@ def to_dataframe(
         columns = {
             "parameter": np.full(count, str(name), dtype=object),
             "touch" if touches else "element": place,
+            **({"sample": source["sample"].values} if "sample" in source.coords else {}),
             "unit": np.full(count, variable.attrs["units"], dtype=object),
         }
         names = ("mean", "sd", *(f"q{100 * p:g}" for p in probabilities))

@@ -17,7 +17,7 @@ from bayestouch.priors.parameter_text import parameters_from_json
 from bayestouch.results.arrays import array_of, arrays_of, group_of
 from bayestouch.results.data import TouchRows
 from bayestouch.results.draws_on_file import DrawsOnFile, NoDraws
-from bayestouch.results.groups import ROW_ARRAYS, ROW_READS, Attributes, Groups
+from bayestouch.results.groups import ROW_ARRAYS, ROW_READS, ROW_SAMPLE, Attributes, Groups
 from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.schema import GROUPS, LOG_DENSITY
@@ -146,6 +146,7 @@ def _rows(groups: Groups, sensor: Sensor) -> TouchRows:
         observed=array_of(observed, "reading", shape),
         **arrays,
         **reads,
+        sample=array_of(rows, ROW_SAMPLE, shape[:1], "iu") if ROW_SAMPLE in rows else None,
     )
 
 

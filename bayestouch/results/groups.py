@@ -40,6 +40,8 @@ NOT_READ = "not read, because they take more than 1 GB together: "
 ROW_ARRAYS = ("predicted", "sd", "counts")
 #: Number of reads of a touch. Files of 0.1.0 do not have them.
 ROW_READS = ("samples", "load_reads")
+#: Number of each sample within its touch; only where each sample was read by itself.
+ROW_SAMPLE = "sample_number"
 #: Variables by touch (and element) of the groups that are written on request.
 OF_TOUCHES = ("reading", "load", "whole_touch")
 
@@ -143,7 +145,8 @@ def _row_groups(rows: TouchRows, units: Mapping[str, str], touch: Mapping[str, x
         "rows": dataset(
             by_element
             | {f"location_{name}": (("touch",), values) for name, values in location.items()}
-            | {name: (("touch",), getattr(rows, name)) for name in ("radius_mm", *ROW_READS)},
+            | {name: (("touch",), getattr(rows, name)) for name in ("radius_mm", *ROW_READS)}
+            | ({} if rows.sample is None else {ROW_SAMPLE: (("touch",), rows.sample)}),
             units,
         ).assign_coords(touch),
     }

@@ -28,7 +28,7 @@ LOG_DENSITY = "lp"
 #: Arrays by group and variable: (chain, draw, ...).
 Requested = dict[str, dict[str, FloatArray]]
 #: Coordinates of touches besides their number, see `touch_coordinates`.
-TOUCH_COORDINATES = ("index", "tip", "place", "place_x", "place_y")
+TOUCH_COORDINATES = ("index", "sample", "tip", "place", "place_x", "place_y")
 #: Places are rounded to so many decimals, so that a mean over samples equals the number that the table states.
 _DECIMALS = 6
 
@@ -98,8 +98,9 @@ def touch_coordinates(rows: TouchRows, first: int = 0) -> dict[str, xr.Variable]
     Returns
     -------
     dict of (t,) variables
-        ``touch``, the number in the table; ``index``, the position in this result, from 0; ``tip``, reference radius
-        r_c of the indenter in mm (0 knife edge, inf flat, NaN unknown); ``place``, reference location in degrees or mm,
+        ``touch``, the number in the table; ``index``, the position in this result, from 0; ``sample``, the number
+        within the touch, if each sample was read by itself; ``tip``, reference radius r_c of the indenter in mm (0
+        knife edge, inf flat, NaN unknown); ``place``, reference location in degrees or mm,
         on a pad in two dimensions ``place_x`` and ``place_y``, rounded to six decimals, NaN unknown.
     """
     import xarray as xr
@@ -112,9 +113,11 @@ def touch_coordinates(rows: TouchRows, first: int = 0) -> dict[str, xr.Variable]
         name = "place" if len(rows.location) == 1 else f"place_{axis}"
         unit = "degree" if axis == "theta_c" else "mm"
         places[name] = along(np.round(values, _DECIMALS), unit, f"reference location {axis}")
+    sample = {} if rows.sample is None else {"sample": along(rows.sample, "", "number of the sample within the touch")}
     return {
         "touch": xr.Variable(("touch",), rows.touch),
         "index": along(first + np.arange(len(rows.touch)), "", "position in this result"),
+        **sample,
         "tip": along(rows.radius_mm, "mm", "reference radius of the indenter"),
         **places,
     }

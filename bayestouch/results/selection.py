@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -28,8 +28,7 @@ def touches_at(posteriors: AnyPosteriors, positions: IntArray) -> AnyPosteriors:
     def along(arrays: Mapping[str, FloatArray], axis: int = -1) -> dict[str, FloatArray]:
         return {name: np.take(values, positions, axis=axis) for name, values in arrays.items()}
 
-    names = [each.name for each in fields(TouchRows) if each.name != "location"]
-    rows: dict[str, Any] = {name: getattr(posteriors.rows, name)[positions] for name in names}
+    rows: dict[str, Any] = {name: values[positions] for name, values in posteriors.rows.arrays().items()}
     draws, tips = posteriors.posterior, posteriors.tips
     return replace(
         posteriors,

@@ -50,10 +50,10 @@ def readings_of(means: TouchMeans, force_sd: float, use_load: bool) -> TouchRead
 
 
 def rows_as_touches(touches: Touches) -> TouchMeans:
-    """Each row in contact as a separate touch, with the number of its touch."""
+    """Each row in contact as a separate touch, with the numbers of its touch and its sample."""
     contact = touches.select(touches.in_contact)
     means = contact.with_(touch=np.arange(contact.n_rows), sample=np.zeros(contact.n_rows, dtype=np.int64)).averaged()
-    return replace(means, touch=contact.touch)
+    return replace(means, touch=contact.touch, sample=contact.sample)
 
 
 def _joined(parts: Sequence[TouchReadings]) -> TouchReadings:

@@ -243,6 +243,7 @@ class FingerTouchReader:
             counts=block.readings.counts,
             samples=means.samples,
             load_reads=means.reads_of_load,
+            sample=means.sample,
         )
         tips = None
         if log_probability is not None and isinstance(radius, RadiusOfTips):

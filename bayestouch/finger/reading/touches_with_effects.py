@@ -56,8 +56,10 @@ def observe(
     span = (float(timing.time_s.min()), float(timing.time_s.max()))
     observed = Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span)
     if each_sample:
-        # One touch per row, with the number of its touch in the table.
-        observed = replace(observed, means=replace(observed.means, touch=corrected.touch[observed.means.touch]))
+        # One touch per row, with the numbers of its touch and its sample in the table.
+        row = observed.means.touch
+        means = replace(observed.means, touch=corrected.touch[row], sample=corrected.sample[row])
+        observed = replace(observed, means=means)
     few = None
     if Outliers.name in effects_chain.values:
         values = effects_chain.values[Outliers.name]

@@ -21,11 +21,12 @@ OPTIONS = {"draws": 64, "seed": 5, "method": "importance"}
 
 
 @cache
-def finger(effect: str) -> tuple[bayestouch.DataSet, bayestouch.Calibration]:
-    """A finger without effects, calibrated with one."""
+def finger(effect: str | None) -> tuple[bayestouch.DataSet, bayestouch.Calibration]:
+    """A finger without effects, calibrated with one, or with none."""
     design = bayestouch.FingerDesign(n_elements=7, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=8.0)
     data = bayestouch.simulate(design, seed=3).dataset
-    return data, bayestouch.calibrate(data, model=StatedModel("finger", "hertz", ((effect, {}),)), draws=64, seed=1)
+    effects = () if effect is None else ((effect, {}),)
+    return data, bayestouch.calibrate(data, model=StatedModel("finger", "hertz", effects), draws=64, seed=1)
 
 
 @pytest.mark.parametrize(
@@ -59,13 +60,24 @@ def test_a_file_in_pieces_is_read_like_one_in_memory(
     same(bayestouch.infer(path, calibration, output=tmp_path / "a.nc", **OPTIONS), whole)  # type: ignore[arg-type]
 
 
-def test_single_samples_keep_the_number_of_their_touch() -> None:
-    data, calibration = finger("crosstalk")
+@pytest.mark.parametrize("effect", [None, "crosstalk"])
+def test_single_samples_keep_the_numbers_of_their_touch_and_sample(effect: str | None, tmp_path: Path) -> None:
+    """In any order of rows, in the result, its file and its table."""
+    data, calibration = finger(effect)
     some = np.unique(data.touches.touch)[:6]
     touches = data.touches.select(np.isin(data.touches.touch, some) & data.touches.in_contact)
-    touches = touches.with_(touch=touches.touch + 100)
+    touches = touches.with_(touch=touches.touch + 100).select(np.random.default_rng(0).permutation(touches.n_rows))
     read = bayestouch.infer(touches, calibration, each_sample=True, **OPTIONS)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(read.rows.touch, touches.touch)
+    read.save(tmp_path / "samples.nc")
+    for made in (read, bayestouch.load(tmp_path / "samples.nc")):
+        assert isinstance(made, bayestouch.TouchPosteriors)
+        np.testing.assert_array_equal(made.rows.touch, touches.touch)
+        np.testing.assert_array_equal(made.rows.sample, touches.sample)
+        np.testing.assert_array_equal(made[3:5].to_arviz().posterior["sample"], touches.sample[3:5])
+        first = made.to_dataframe()[: touches.n_rows]
+        np.testing.assert_array_equal(first[["touch", "sample"]], np.stack([touches.touch, touches.sample], axis=1))
+    whole = bayestouch.infer(touches, calibration, **OPTIONS)  # type: ignore[arg-type]
+    assert whole.rows.sample is None and "sample" not in whole.to_dataframe()
 
 
 @pytest.mark.slow
