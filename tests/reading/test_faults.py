@@ -97,7 +97,7 @@ def test_an_element_that_dies_is_named_with_its_touch(
     assert found(result) == [f"sensor check (92 touches): {note}"]
 
 
-@pytest.mark.parametrize("value", [1e6, 1e9, 1e30, -1e30])
+@pytest.mark.parametrize("value", [1e6, 1e9, 1e12, -1e12])
 def test_one_absurd_reading_is_a_fault_of_its_element(sound: tuple[Calibration, Touches], value: float) -> None:
     touches = sound[1]
     readings = changed(sound, 6, np.where(touches.touch == touches.touch.min() + 40, value, touches.readings[:, 6]))
