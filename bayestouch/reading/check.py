@@ -66,7 +66,7 @@ def _checked(
     check = find_faults(fitted)
     if check.excess == 1:
         return check
-    # The sensor as a whole misses the model, or a few touches do: with a wrong load, or soon after others that the
+    # The sensor as a whole differs from the model, or a few touches do: with a wrong load, or soon after others that the
     # table does not have.
     odd = odd_touches(fitted)
     kept = some[~odd]

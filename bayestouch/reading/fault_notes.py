@@ -54,7 +54,7 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
         one = len(check.odd) == 1
         notes.append(
             f"{plural(len(check.odd), 'touch')} ({few([str(touch) for touch in check.odd])}) "
-            f"{'misses' if one else 'miss'} the calibrated model by more than {ODD:g} times what noise and calibration "
+            f"{'differs' if one else 'differ'} from the calibrated model by more than {ODD:g} times what noise and calibration "
             f"explain, and the others do not: {'its' if one else 'their'} posteriors are too narrow"
         )
     return tuple(f"sensor check ({check.touches} touches): {note}" for note in notes)

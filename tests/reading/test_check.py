@@ -174,7 +174,7 @@ def test_a_few_odd_touches_are_named_and_the_others_read_as_ever(sound: tuple[Ca
         readings[touches.touch == touch, element] += peak
     result = read(sound, touches.with_(readings=readings))
     (note,) = said(result)
-    assert "3 touches (5, 17, 40) miss the calibrated model by more than 3 times" in note
+    assert "3 touches (5, 17, 40) differ from the calibrated model by more than 3 times" in note
     others = ~np.isin(result.rows.touch, (5, 17, 40))
     plain = read(sound, touches)
     for name in ("x", "y", "P"):
