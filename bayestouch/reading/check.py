@@ -66,8 +66,8 @@ def _checked(
     check = find_faults(fitted)
     if check.excess == 1:
         return check
-    # The sensor as a whole differs from the model, or a few touches do: with a wrong load, or soon after others that the
-    # table does not have.
+    # The sensor as a whole differs from the model, or a few touches do: with a wrong load, or soon after others that
+    # the table does not have.
     odd = odd_touches(fitted)
     kept = some[~odd]
     if odd.mean() > MOST_ODD or len(kept) < FEWEST:

@@ -51,11 +51,11 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
             "and no few elements are the cause: the noise is taken as that much larger; calibrate the sensor again"
         )
     if check.odd:
-        one = len(check.odd) == 1
+        differ, whose = ("differs", "its") if len(check.odd) == 1 else ("differ", "their")
         notes.append(
-            f"{plural(len(check.odd), 'touch')} ({few([str(touch) for touch in check.odd])}) "
-            f"{'differs' if one else 'differ'} from the calibrated model by more than {ODD:g} times what noise and calibration "
-            f"explain, and the others do not: {'its' if one else 'their'} posteriors are too narrow"
+            f"{plural(len(check.odd), 'touch')} ({few([str(touch) for touch in check.odd])}) {differ} from the "
+            f"calibrated model by more than {ODD:g} times what noise and calibration explain, and the others do not: {whose} "
+            "posteriors are too narrow"
         )
     return tuple(f"sensor check ({check.touches} touches): {note}" for note in notes)
 
