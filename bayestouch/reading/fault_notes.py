@@ -52,10 +52,10 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
         )
     if check.odd:
         differ, whose = ("differs", "its") if len(check.odd) == 1 else ("differ", "their")
+        who = f"{plural(len(check.odd), 'touch')} ({few([str(touch) for touch in check.odd])})"
         notes.append(
-            f"{plural(len(check.odd), 'touch')} ({few([str(touch) for touch in check.odd])}) {differ} from the "
-            f"calibrated model by more than {ODD:g} times what noise and calibration explain, and the others do not: {whose} "
-            "posteriors are too narrow"
+            f"{who} {differ} from the calibrated model by more than {ODD:g} times what noise and calibration explain, "
+            f"and the others do not: {whose} posteriors are too narrow"
         )
     return tuple(f"sensor check ({check.touches} touches): {note}" for note in notes)
 
