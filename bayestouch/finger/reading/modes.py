@@ -244,7 +244,8 @@ def _climb(posterior: FingerPosterior, start: FloatArray, blocks: IntArray) -> t
         tried = x[active] + step
         tried_value = posterior.log_density(tried[:, None], blocks[active])[:, 0]
         better: NDArray[np.bool_] = np.asarray(tried_value > value[active])
-        gain = np.where(better, tried_value - value[active], np.inf)
+        # The density of a start may be zero, and that of a step from it too.
+        gain = np.subtract(tried_value, value[active], out=np.full(len(active), np.inf), where=better)
         rows = active[better]
         x[rows], value[rows] = tried[better], tried_value[better]
         damping[active] = np.clip(damping[active] * np.where(better, 0.2, 8.0), 1e-9, 1e9)
