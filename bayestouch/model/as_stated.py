@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from bayestouch.effects import Effect
+from bayestouch.model.base import without_effects
 from bayestouch.model.fitting import Fitted
 
 
@@ -26,12 +25,8 @@ def at_stated_references(fitted: Fitted) -> Fitted:
     reference, the same object is returned.
     """
     model = fitted.model
-    kept = [not moves_reference(effect, model.reference_stages) for effect in model.effects]
-    if all(kept):
+    moving = {effect.name for effect in model.effects if moves_reference(effect, model.reference_stages)}
+    if not moving:
         return fitted
-    effects = tuple(effect for effect, keep in zip(model.effects, kept, strict=True) if keep)
-    left = np.ones(len(fitted.vector), dtype=bool)
-    for place, keep in zip(model.value_places, kept, strict=True):
-        left[place] = keep
-    vector = fitted.vector[left]
-    return replace(fitted, model=model.with_effects(effects), vector=vector)
+    less, vector = without_effects(model, fitted.vector, moving)
+    return replace(fitted, model=less, vector=vector)

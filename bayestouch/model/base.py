@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import ClassVar, Protocol, Self
@@ -183,7 +183,7 @@ class SensorModel(ABC):
             out.append(tuple(parameter.from_unconstrained(float(v)) for parameter, v in moved))
         return tuple(out)
 
-    @property
+    @cached_property
     def value_places(self) -> tuple[slice, ...]:
         """Where the values of each effect are in the vector."""
         return places_of_values(self.effects, self.n_base)
@@ -367,6 +367,19 @@ class SensorModel(ABC):
     def with_effects(self, effects: tuple[Effect, ...]) -> Self:
         """The same sensor with other effects."""
         return replace(self, effects=effects)
+
+
+def without_effects(model: SensorModel, vector: FloatArray, names: Collection[str]) -> tuple[SensorModel, FloatArray]:
+    """The model without the effects with these names, and its vector without their values."""
+    kept = np.ones(len(vector), dtype=bool)
+    for effect, place in zip(model.effects, model.value_places, strict=True):
+        kept[place] = effect.name not in names
+    return model.with_effects(tuple(each for each in model.effects if each.name not in names)), vector[kept]
+
+
+def deviation_left(deviation: FloatArray, samples: FloatArray | None) -> FloatArray:
+    """Deviations of samples from the means of their touches, (n, m), less what is predicted of them, if anything is."""
+    return deviation if samples is None else deviation - samples
 
 
 def difference(at: Callable[[float], Predicted], step: float | FloatArray) -> Predicted:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
-from bayestouch.model.base import Predicted, SensorModel
+from bayestouch.model.base import Predicted, SensorModel, deviation_left
 from bayestouch.model.linear import Functions, Linearised, leaving_bounds
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
@@ -159,7 +159,7 @@ def _compared(
 ) -> Linearised:
     """Residuals of what the model predicts at a vector, as a `Linearised` without derivatives."""
     observed = model.known
-    deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
+    deviation = deviation_left(observed.deviation, predicted.samples)
     mean, spread, _, _ = model.prior()
     residual = whitening.touches(observed.means.readings - predicted.touches)
     return Linearised(

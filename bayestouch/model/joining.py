@@ -6,10 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import singledispatch
 
-import numpy as np
-
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
 from bayestouch.errors import InputError
+from bayestouch.model.base import without_effects
 from bayestouch.model.candidates import refine_drift
 from bayestouch.model.fitting import SETTLED, Fitted, fit, fit_from_both
 from bayestouch.model.noise_fit import with_noise
@@ -103,12 +102,8 @@ def _(
 @singledispatch
 def fit_without(effect: Effect, fitted: Fitted) -> Fitted:
     """The model fitted again without one effect of its chain or one drift, with the same whitening."""
-    model, kept = fitted.model, np.ones(len(fitted.vector), dtype=bool)
-    for each, place in zip(model.effects, model.value_places, strict=True):
-        if each.name == effect.name:
-            kept[place] = False
-    less = model.with_effects(tuple(each for each in model.effects if each.name != effect.name))
-    return fit_from_both(less, fitted.vector[kept], fitted.noise, fitted.drifts, whitening=fitted.whitening)
+    less, vector = without_effects(fitted.model, fitted.vector, {effect.name})
+    return fit_from_both(less, vector, fitted.noise, fitted.drifts, whitening=fitted.whitening)
 
 
 @fit_without.register

@@ -15,6 +15,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Outliers
+from bayestouch.model.base import deviation_left
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.model.outlier_likelihood import OutlierLikelihood
@@ -89,7 +90,7 @@ def terms_beside_others(fitted: Fitted, effect: NoiseEffect, scale: FloatArray) 
     `scale` (m,) is the unit of the own noise.
     """
     observed, predicted = fitted.model.known, fitted.model.predict(fitted.vector)
-    deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
+    deviation = deviation_left(observed.deviation, predicted.samples)
     present = ~np.isnan(deviation) & (observed.means.pure_error_dof > 0)
     deviation = np.where(present, deviation, 0.0)
     count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Scatter
+from bayestouch.model.base import deviation_left
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.significance import normal_score
 
@@ -92,7 +93,7 @@ class TouchScatter(Scatter):
         rows = np.flatnonzero(repeated)
         share = 1 - 1 / count[rows]
         # Whitened by the noise that the model already has: the search is for further effects.
-        deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
+        deviation = deviation_left(observed.deviation, predicted.samples)
         white = fitted.whitening.samples(deviation)[rows] / np.sqrt(share)[:, None]
         z = np.where(np.isnan(deviation[rows]) | ~told, np.nan, white)
         # Scaled to variance one for each element: the search is for the shape of the distribution, not its size.

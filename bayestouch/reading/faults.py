@@ -81,7 +81,7 @@ class SensorCheck:
     touches : int
         Number of touches in the check.
     odd : tuple of int
-        Numbers of the few touches that miss the model alone, see `odd_touches`; the others are as calibrated.
+        Numbers of the few touches that differ from the model, see `odd_touches`; the others are as calibrated.
     """
 
     faults: tuple[ColumnFault, ...]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.diagnosis.rounds import SearchRound
+from bayestouch.model.base import deviation_left
 from bayestouch.model.fitting import Fitted
 from bayestouch.output.pictures import BLUE, GREY, RED, Picture, canvas, drawing, legend_below, rendered
 
@@ -45,7 +46,7 @@ class _Samples:
     def __init__(self, fitted: Fitted) -> None:
         observed, model = fitted.model.known, fitted.model
         predicted = model.predict(fitted.vector)
-        within = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
+        within = deviation_left(observed.deviation, predicted.samples)
         count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
         self.share = np.where(count[:, None] > 1, within / np.sqrt(np.maximum(1 - 1 / count, 0.5))[:, None], np.nan)
         self.share = self.share / model.peak
