@@ -15,7 +15,7 @@ ON_RIDGES = Budget(THIN, enough=0.5)
 # With drifts or a correction an evaluation takes milliseconds, and a round of refinement some hundred evaluations. From
 # log ratios with an sd of 0.8 a further round saves fewer evaluations than it takes. With a correction whose columns
 # have more than MANY numbers an evaluation takes longer: 15 ms for 16 elements and 468 touches.
-TIED, DEAREST, MANY = Budget((4, 16), enough=0.8), Budget((2, 4), 2, 0.5), 1_000_000
+TIED, DEAREST, MANY = Budget((3, 12), enough=0.8), Budget((2, 4), 2, 0.5), 1_000_000
 
 
 def sample_effects(fit: EffectFit, draws: int, seed: int, moves: Any = None) -> BlockDraws:

@@ -11,7 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.blas import dsyrk
+from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from bayestouch.array_types import FloatArray
 from bayestouch.model.columns import WhiteColumns
@@ -98,22 +99,29 @@ class OwnColumns:
 
     def _left_over(self, left: FloatArray, weight: FloatArray, level: FloatArray, slopes: FloatArray) -> float:
         """Sum of squares and log determinant of one table (t, m), with slopes (k, t, m) and levels (m,)."""
-        count = len(slopes) * len(left)
+        count, n_full = len(slopes) * len(left), self.full.shape[2]
         weighted, turned = weight * left, weight * slopes
         # The precision of the functions' own weights is diagonal: they go first, and leave less of the others.
         precision = 1 + level[:, None] * self.size
         root = np.sqrt(precision)[:, :, None]
-        with_shared = np.einsum("ebt,kte->ebkt", self.own, turned, optimize=True).reshape(*root.shape[:2], count)
-        between = np.concatenate([with_shared, level[:, None, None] * self.own_full], axis=2) / root
-        between = between.reshape(-1, between.shape[2])
+        between = np.empty((*precision.shape, count + n_full))
+        by_touch = np.einsum("ebt,kte->ebkt", self.own, turned).reshape(*precision.shape, count)
+        np.divide(by_touch, root, out=between[:, :, :count])
+        np.divide(level[:, None, None] * self.own_full, root, out=between[:, :, count:])
+        between = between.reshape(-1, count + n_full)
         onto_own = (self.own @ weighted.T[:, :, None] / root).ravel()
-        with_full = np.einsum("ktm,tma->kta", turned, self.full, optimize=True).reshape(count, self.full.shape[2])
-        full_full = np.tensordot(level, self.full_full, axes=1)
-        rest = np.block([[_of_touches(turned, slopes), with_full], [with_full.T, full_full]])
-        rest += np.eye(len(rest)) - between.T @ between
+        # LAPACK needs the lower triangle only, and works in the same memory.
+        rest = np.zeros((count + n_full, count + n_full), order="F")
+        rest[:count, :count] = _of_touches(turned, slopes)
+        rest[count:, :count] = np.einsum("ktm,tma->akt", turned, self.full, optimize=True).reshape(n_full, count)
+        rest[count:, count:] = np.tensordot(level, self.full_full, axes=1)
+        rest[np.diag_indices(len(rest))] += 1
+        rest = dsyrk(-1.0, between.T, beta=1.0, c=rest, lower=1, overwrite_c=1)
+        factor, failed = dpotrf(rest, lower=1, clean=0, overwrite_a=1)
+        if failed:
+            raise np.linalg.LinAlgError("the precision of the weights is not positive")
         onto = np.r_[(slopes * weighted).sum(axis=2).ravel(), np.einsum("tma,tm->a", self.full, weighted)]
-        factor = np.linalg.cholesky(rest)
-        along = solve_triangular(factor, onto - between.T @ onto_own, lower=True, check_finite=False)
+        along, _ = dtrtrs(factor, onto - between.T @ onto_own, lower=1)
         squares = (weighted * left).sum() - onto_own @ onto_own - along @ along
         return float(squares + np.log(precision).sum() + 2 * np.log(np.diag(factor)).sum())
 

@@ -72,9 +72,22 @@ def spectrum(length_deg: float) -> FloatArray:
 
 def fourier(angle: FloatArray, n_modes: int) -> FloatArray:
     """``1, cos x, sin x, cos 2x, …`` of angles in rad, (...) to (..., 2 n_modes + 1)."""
-    turn = angle[..., None] * np.arange(1, n_modes + 1)
-    pairs = np.stack([np.cos(turn), np.sin(turn)], axis=-1).reshape(*angle.shape, 2 * n_modes)
-    return np.concatenate([np.ones((*angle.shape, 1)), pairs], axis=-1)
+    # Powers of exp(ix): a product for each mode in place of a cosine and a sine, which take five times as long.
+    turn = np.broadcast_to(np.exp(1j * angle)[..., None], (*angle.shape, n_modes))
+    values = np.ones((*angle.shape, 2 * n_modes + 1))
+    values[..., 1:] = np.multiply.accumulate(turn, axis=-1).view(np.float64)
+    return values
+
+
+def turned(weights: FloatArray, angle: FloatArray) -> FloatArray:
+    """Weights (m, 2 n + 1) of functions of ``x - angle`` as weights of functions of x, in the order of `fourier`.
+
+    `angle` (m,) is in rad.
+    """
+    n_modes = weights.shape[1] // 2
+    pairs = np.ascontiguousarray(weights[:, 1:]).view(np.complex128)
+    moved = pairs * np.exp(1j * angle[:, None] * np.arange(1, n_modes + 1))
+    return np.concatenate([weights[:, :1], moved.view(np.float64)], axis=1)
 
 
 def per_weight(by_mode: FloatArray) -> FloatArray:
@@ -107,12 +120,26 @@ class PlaceFunctions:
         """
         if self.own is None:
             return np.zeros((len(load), chain.n_elements, 0))
-        n = self.own.n_modes
-        through = per_weight(felt_modes(chain, self.kind, radius_mm, load, n)) * self.own.weight_sd
-        columns = fourier(angle[:, None] - chain.angle, n)
-        columns *= through[:, None, :]
+        columns = fourier(angle[:, None] - chain.angle, self.own.n_modes)
+        columns *= self._felt(self.own, chain, radius_mm, load)[:, None, :]
         columns *= (load[:, None] * np.abs(chain.response))[:, :, None]
         return columns
+
+    def own_readings(
+        self, chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray, weights: FloatArray
+    ) -> FloatArray:
+        """Change of the readings (t, m) by own functions of weights (m, k): `own_columns` times them.
+
+        It takes the functions at the location only, and not at the angles between location and elements.
+        """
+        if self.own is None:
+            return np.zeros((len(load), chain.n_elements))
+        felt = fourier(angle, self.own.n_modes) * self._felt(self.own, chain, radius_mm, load)
+        return np.asarray(felt @ turned(weights, chain.angle).T * (load[:, None] * np.abs(chain.response)))
+
+    def _felt(self, own: Process, chain: FingerChain, radius_mm: FloatArray, load: FloatArray) -> FloatArray:
+        """Standard deviation of each own weight as a touch of this radius and load feels it, (t, k)."""
+        return per_weight(felt_modes(chain, self.kind, radius_mm, load, own.n_modes)) * own.weight_sd
 
     def surface_columns(
         self,

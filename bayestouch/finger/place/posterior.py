@@ -72,8 +72,7 @@ class PlacePosterior:
 
         For touches of *effective* radius (mm), location (rad) and load (N/m), all (t,).
         """
-        columns = self.functions.own_columns(self.reference(chain), radius_mm, angle, load)
-        return np.asarray(np.einsum("tmk,mk->tm", columns, self.own))
+        return self.functions.own_readings(self.reference(chain), radius_mm, angle, load, self.own)
 
     def jacobian(
         self, elastic: FloatArray, chain: FingerChain, touch: tuple[FloatArray, FloatArray, FloatArray]

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from known_fingers import true_chain
 
-from bayestouch.finger.place.functions import MAP, PLACE, PlaceFunctions, Process, fourier, process_modes, spectrum
+from bayestouch.finger.place.functions import (
+    MAP,
+    PLACE,
+    PlaceFunctions,
+    Process,
+    fourier,
+    process_modes,
+    spectrum,
+    turned,
+)
 
 CHAIN = true_chain()
 RNG = np.random.default_rng(3)
@@ -34,9 +43,33 @@ def test_a_touch_feels_the_map_through_its_own_pressure() -> None:
     weights = np.zeros((CHAIN.n_elements, 2 * n + 1))
     weights[:, 0], weights[:, 1::2] = transform[0].real, 2 * transform[1 : n + 1].real.T
     columns = functions.own_columns(CHAIN, RADIUS, ANGLE, LOAD)
-    found = np.einsum("tmk,mk->tm", columns, weights / functions.own.weight_sd)  # type: ignore[union-attr]
+    standard = weights / functions.own.weight_sd  # type: ignore[union-attr]
+    found = np.einsum("tmk,mk->tm", columns, standard)
     # Modes beyond those of the process hold less than a thousandth of the peak under a tip of 2 mm.
-    np.testing.assert_allclose(found, CHAIN.predict(RADIUS, ANGLE, LOAD), atol=2e-3 * CHAIN.response.max() * 200)
+    wanted, limit = CHAIN.predict(RADIUS, ANGLE, LOAD), 2e-3 * CHAIN.response.max() * 200
+    np.testing.assert_allclose(found, wanted, atol=limit)
+    np.testing.assert_allclose(functions.own_readings(CHAIN, RADIUS, ANGLE, LOAD, standard), wanted, atol=limit)
+
+
+def test_powers_are_cosines_and_sines() -> None:
+    angle = RNG.uniform(-3.0, 3.0, (4, 5))
+    found = fourier(angle, 90)
+    for k in range(91):
+        # A rounding of each product: far below any reading.
+        np.testing.assert_allclose(found[..., max(2 * k - 1, 0)], np.cos(k * angle), atol=1e-13)
+        if k:
+            np.testing.assert_allclose(found[..., 2 * k], np.sin(k * angle), atol=1e-13)
+
+
+def test_weights_are_turned_to_the_angle_of_each_element() -> None:
+    weights, own, angle = RNG.standard_normal((3, 13)), RNG.uniform(-1, 1, 3), RNG.uniform(-1, 1, 8)
+    found = fourier(angle, 6) @ turned(weights, own).T
+    for e in range(3):
+        away = angle - own[e]
+        wanted = weights[e, 0] + sum(
+            weights[e, 2 * k - 1] * np.cos(k * away) + weights[e, 2 * k] * np.sin(k * away) for k in range(1, 7)
+        )
+        np.testing.assert_allclose(found[:, e], wanted, atol=1e-13)
 
 
 def test_functions_of_the_place_are_the_same_for_all_indenters() -> None:
