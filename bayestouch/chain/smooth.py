@@ -13,6 +13,8 @@ from bayestouch.array_types import FloatArray
 # and 6 % with twice as many knots.
 KNOTS_A_LENGTH = 2.0
 DENSE = 4.0
+# Correlation lengths beyond which a correlation is zero: it is far below the smallest double.
+FAR = 400.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +60,29 @@ class SmoothBasis:
         return np.asarray(self._correlation(x) @ self.root)
 
     def summed(self, x: ArrayLike, weights: ArrayLike) -> FloatArray:
-        """Return the function with these weights (k,), shape of `x`; as ``basis(x) @ weights``, in fewer steps."""
-        return np.asarray(self._correlation(x) @ (self.root @ np.asarray(weights)))
+        """Return the function with these weights (k,), shape of `x`; as ``basis(x) @ weights``, in fewer steps.
+
+        Between two knots the knots below sum to ``(a + b u) exp(-u)`` with the distance u from the knot below, and
+        those above to such a function of the distance from the knot above: two exponentials in place of k.
+        """
+        size, unit = self.root @ np.asarray(weights), np.sqrt(3.0) / self.length
+        apart = unit * np.abs(self.knots[:, None] - self.knots)
+        faded = size * np.exp(-apart)
+        # At each knot, from itself and the knots below; from itself and those above. None are below the first.
+        below = np.stack([np.tril(faded * (1 + apart)).sum(axis=1), np.tril(faded).sum(axis=1)])
+        above = np.stack([np.triu(faded * (1 + apart)).sum(axis=1), np.triu(faded).sum(axis=1)])
+        a, b = np.pad(below, ((0, 0), (1, 0)))
+        c, d = np.pad(above, ((0, 0), (0, 1)))
+        x = np.clip(np.nan_to_num(np.asarray(x, dtype=float), nan=np.inf), *self._reach)
+        passed = np.searchsorted(self.knots, x)
+        u = unit * np.maximum(x - self.knots[np.maximum(passed - 1, 0)], 0.0)
+        v = unit * np.maximum(self.knots[np.minimum(passed, len(self.knots) - 1)] - x, 0.0)
+        return np.asarray((a[passed] + b[passed] * u) * np.exp(-u) + (c[passed] + d[passed] * v) * np.exp(-v))
+
+    @property
+    def _reach(self) -> tuple[float, float]:
+        """Positions beyond which the function is zero."""
+        return float(self.knots[0] - FAR * self.length), float(self.knots[-1] + FAR * self.length)
 
     def _correlation(self, x: ArrayLike) -> FloatArray:
         """Correlation with each knot, shape ``x.shape + (k,)``."""
@@ -69,7 +92,7 @@ class SmoothBasis:
 
 def matern_3_2(distance: FloatArray) -> FloatArray:
     """Matérn correlation of smoothness 3/2; distance in units of the correlation length."""
-    scaled = np.sqrt(3.0) * np.minimum(distance, 400.0)
+    scaled = np.sqrt(3.0) * np.minimum(distance, FAR)
     return np.asarray((1 + scaled) * np.exp(-scaled))
 
 
