@@ -73,7 +73,7 @@ class SmoothBasis:
         above = np.stack([np.triu(faded * (1 + apart)).sum(axis=1), np.triu(faded).sum(axis=1)])
         a, b = np.pad(below, ((0, 0), (1, 0)))
         c, d = np.pad(above, ((0, 0), (0, 1)))
-        x = np.clip(np.nan_to_num(np.asarray(x, dtype=float), nan=np.inf), *self._reach)
+        x = np.asarray(np.clip(np.nan_to_num(np.asarray(x, dtype=float), nan=np.inf), *self._reach))
         passed = np.searchsorted(self.knots, x)
         u = unit * np.maximum(x - self.knots[np.maximum(passed - 1, 0)], 0.0)
         v = unit * np.maximum(self.knots[np.minimum(passed, len(self.knots) - 1)] - x, 0.0)
