@@ -97,8 +97,8 @@ class Compared:
 def causes(rounds: Sequence[SearchRound]) -> tuple[Causes, ...]:
     """Sets of causes with their probabilities, which sum to one, most probable first."""
     models = compared_models(rounds)
-    tried = len(rounds[0].tried) + 1
-    prior = np.array([each.scored - len(each.names) * np.log(tried) for each in models])
+    tried = np.log(number_tried(rounds))
+    prior = np.array([each.scored - len(each.names) * tried for each in models])
     blocks = blocks_of(rounds[0].before)
     gains = [sums_of_blocks([each.gain[way] for each in models], blocks[way]) for way in _ways(rounds)]
     probability = weights(gains, prior)
@@ -110,6 +110,11 @@ def causes(rounds: Sequence[SearchRound]) -> tuple[Causes, ...]:
         names = tuple(dict.fromkeys(by.get(each, each) for each in model.names)) or (NOTHING,)
         total[names] = total.get(names, 0.0) + share
     return tuple(Causes(*each) for each in sorted(total.items(), key=lambda each: -each[1]))
+
+
+def number_tried(rounds: Sequence[SearchRound]) -> int:
+    """Number of causes that were tried in the first round: the effects, and functions of place."""
+    return len(rounds[0].tried) + 1
 
 
 def drifts_not_added(rounds: Sequence[SearchRound]) -> set[str]:

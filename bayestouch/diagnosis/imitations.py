@@ -16,10 +16,16 @@ blind studies, whose formulas nobody had seen (docs/diagnosis.md).
   effect that predicted best of those that were tried.
 
 Where the verdict finds structure and names no cause, nothing was passed over: all that was tried counts as named.
+
+The search compares how well models predict. It does not know whether the best of them is good enough: where no model
+predicts better than the one without a cause, "nothing" is probable, however large the lack of fit is. The test of the
+lack of fit knows it. Where this is above its limit without effects, "nothing" is shared out between chance and
+`SOMETHING_ELSE`, by the p-value of the test (`by_chance`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -112,11 +118,14 @@ class Named:
         Whether the diagnosis found structure that none of the causes explains.
     not_distinguishable : tuple of tuple of str
         Pairs of causes between which the data do not decide, with the names that sets of causes have.
+    chance : float
+        Share of "nothing" that it keeps, as from `by_chance`; one if the model without effects has no lack of fit.
     """
 
     effects: Names
     structure_left: bool
     not_distinguishable: tuple[Names, ...] = ()
+    chance: float = 1.0
 
     @property
     def adequate(self) -> bool:
@@ -142,6 +151,29 @@ def with_imitations(found: Sequence[Causes], named: Named) -> tuple[Causes, ...]
         What the verdict names.
     """
     return allowing(found, named, SHARES[named.structure_left], best_effect(found))
+
+
+def by_chance(p_value: float, tried: int) -> float:
+    """Probability that nothing is missing from a model with a lack of fit, if it is none of the causes that were tried.
+
+    Something else has the prior odds of one cause among `tried`, as each of these has. A p-value p favours it by at
+    most ``-1 / (e p ln p)`` (Sellke, Bayarri and Berger, Calibration of p values for testing precise null hypotheses,
+    The American Statistician 55 (2001) 62); this bound is used.
+
+    Parameters
+    ----------
+    p_value : float
+        Probability of a lack of fit at least this large if nothing is missing; NaN without a test, where the result is
+        one.
+    tried : int
+        Number of causes that were tried.
+    """
+    if math.isnan(p_value):
+        return 1.0
+    if p_value <= 0:
+        return 0.0
+    odds = tried * (-math.e * p_value * math.log(p_value) if p_value < 1 / math.e else 1.0)
+    return odds / (1 + odds)
 
 
 def most_probable_alone(one: SearchRound) -> str | None:
@@ -182,7 +214,9 @@ def split(names: Names, named: Named, shares: Shares, best: Names | None) -> Ite
     `best` is the `best_effect`, which may hide in something in place.
     """
     if names == (NOTHING,):
-        yield names, 1.0
+        yield names, named.chance
+        if named.chance < 1:
+            yield (SOMETHING_ELSE,), 1 - named.chance
         return
     tried = [each for each in names if each != IN_PLACE]
     over = [each for each in tried if named.passed_over(each, names)]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.diagnosis.causes import IN_TIME, causes, drifts_not_added
+from bayestouch.diagnosis.causes import IN_TIME, causes, drifts_not_added, number_tried
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.fingerprints import data_fingerprints
-from bayestouch.diagnosis.imitations import Named, with_imitations
+from bayestouch.diagnosis.imitations import Named, by_chance, with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
@@ -140,7 +140,10 @@ def _named(traced: Traced, said: str) -> Named:
     """What the verdict says of causes, with the names that sets of causes have."""
     drifts = drifts_not_added(traced.rounds)
     pairs = [tuple(IN_TIME if each in drifts else each for each in pair) for pair in _not_distinguishable(traced)]
-    return Named(tuple(each.effect.name for each in traced.added), structure_left(said), tuple(pairs))
+    # "Nothing" is the model without effects, so that its lack of fit counts.
+    before = traced.remaining.before
+    chance = by_chance(before.p_value, number_tried(traced.rounds)) if before.there else 1.0
+    return Named(tuple(each.effect.name for each in traced.added), structure_left(said), tuple(pairs), chance)
 
 
 def _difference(found: Difference) -> Numbers:

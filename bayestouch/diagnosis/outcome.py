@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.diagnosis.causes import NOTHING
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.verdict import structure_left
 from bayestouch.effects.effect import OWN
@@ -74,6 +75,7 @@ def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[s
     causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)] if with_causes else []
     if causes:
         out.append(f"Probabilities of causes: {', '.join(causes)}.")
+    out += chance_lines(numbers)
     if structure_left(numbers["verdict"]) and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     out += _place_lines(numbers)
@@ -96,6 +98,15 @@ def probable_causes(numbers: Mapping[str, Any], most: int) -> list[dict[str, Any
     if rows and others >= _LEAST_PROBABILITY:
         rows.append(("others", others))
     return [{"name": name, "probability": each, "text": _probability(each)} for name, each in rows]
+
+
+def chance_lines(numbers: Mapping[str, Any]) -> list[str]:
+    """A sentence if chance may be all that the verdict "unattributed" found; else empty."""
+    nothing = sum(each["probability"] for each in numbers.get("causes", ()) if list(each["names"]) == [NOTHING])
+    tail = numbers.get("unexplained", {}).get("p_value")
+    if verdict_word(numbers) != "unattributed" or nothing < _LEAST_PROBABILITY or tail is None:
+        return []
+    return [f"Chance may be all of it: without an error, {100 * tail:.2g} % of sensors have a lack of fit as large."]
 
 
 def _probability(value: float) -> str:

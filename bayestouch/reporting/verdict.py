@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.diagnosis.outcome import (
+    chance_lines,
     errors_of_samples,
     is_tested,
     not_used,
@@ -133,7 +134,7 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
         parts += harm or [f"Taking {listed(names)} into account {_gain(found)}."]
         short = f"{listed(names)[:1].upper()}{listed(names)[1:]}"
     elif _word(found) == "unattributed":
-        parts += ["The model has an error that no known effect explains.", *harm]
+        parts += ["The model has an error that no known effect explains.", *chance_lines(found or {}), *harm]
         short = "Something that no known effect explains"
     elif found is not None and _word(found) == "adequate":
         said = f"The search for effects found none. {verdict_sentence(found)}"

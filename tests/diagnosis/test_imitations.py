@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from bayestouch.diagnosis import imitations
 from bayestouch.diagnosis.causes import IN_TIME, IN_TOUCHES, NOTHING, Causes
-from bayestouch.diagnosis.imitations import SHARES, SOMETHING_ELSE, Named, with_imitations
+from bayestouch.diagnosis.imitations import SHARES, SOMETHING_ELSE, Named, by_chance, with_imitations
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 
 NAMES = ("creep", "memory", "gain_drift", IN_TIME)
@@ -183,3 +184,29 @@ def test_an_effect_that_is_more_probable_than_all_else(
 
 def test_after_another_effect_none_is() -> None:
     assert imitations.most_probable_alone(SimpleNamespace(before=SimpleNamespace(names=("creep",)))) is None  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("p_value", [1e-12, 1e-4, 0.004, 0.2])
+def test_chance_has_the_least_marginal_likelihood_ratio_of_its_p_value(p_value: float) -> None:
+    """Over all beta densities of p that fall: the minimum is found on a grid of their exponents."""
+    exponent = np.linspace(1e-3, 1, 200_000)
+    ratio = (1 / (exponent * p_value ** (exponent - 1))).min()
+    assert by_chance(p_value, 20) == pytest.approx(20 * ratio / (1 + 20 * ratio), rel=1e-4)
+
+
+def test_chance_has_the_prior_odds_where_the_test_says_nothing() -> None:
+    assert by_chance(0.6, 20) == pytest.approx(20 / 21)
+    assert by_chance(float("nan"), 20) == 1
+    assert by_chance(0.0, 20) == 0
+
+
+def test_nothing_that_a_lack_of_fit_contradicts_is_something_else() -> None:
+    """Of a large lack of fit all of it; the sum stays one."""
+    sets = [Causes((NOTHING,), 0.9), Causes(("creep",), 0.1)]
+    named = Named((), structure_left=True, chance=by_chance(1e-30, 20))
+    found = {each.names: each.probability for each in with_imitations(sets, named)}
+    assert found[NOTHING,] < 1e-25
+    assert found[SOMETHING_ELSE,] == pytest.approx(0.9 + 0.1 * (1 - LEFT.alone))
+    assert sum(found.values()) == pytest.approx(1)
+    shared = with_imitations(sets, Named((), structure_left=True, chance=0.25))
+    assert {each.names: each.probability for each in shared}[NOTHING,] == pytest.approx(0.225)

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from bayestouch.diagnosis import numbers
-from bayestouch.diagnosis.numbers import _has_repeats, _in_place, _not_distinguishable, _place_or_time
+from bayestouch.diagnosis.numbers import _has_repeats, _in_place, _named, _not_distinguishable, _place_or_time
 from bayestouch.diagnosis.place_or_time import PlaceOrTime
 
 
@@ -60,3 +61,15 @@ def test_something_in_place_is_said_where_a_misfit_remains(monkeypatch: pytest.M
     remaining = SimpleNamespace(after=SimpleNamespace(there=there))
     traced: Any = SimpleNamespace(rounds=(last,), remaining=remaining)
     assert _in_place(traced) == ({"times": {"elpd_gain": 3.0, "elpd_gain_se": 1.0}} if there else None)
+
+
+@pytest.mark.parametrize(("there", "chance"), [(True, 3 / 7), (False, 1.0)])
+def test_nothing_keeps_what_the_lack_of_fit_without_effects_leaves_it(there: bool, chance: float) -> None:
+    """Written out: of three causes that were tried, and a p-value with the bound 1/4, the odds are 3 to 4."""
+    p_value = brentq(lambda p: -np.e * p * np.log(p) - 0.25, 1e-9, 1 / np.e)
+    tried = [SimpleNamespace(effect=SimpleNamespace(name=name, random=False)) for name in ("creep", "memory")]
+    one = SimpleNamespace(tried=tried, added=None, place_or_time=(), before=SimpleNamespace(names=()))
+    remaining = SimpleNamespace(before=SimpleNamespace(p_value=p_value, there=there))
+    traced: Any = SimpleNamespace(rounds=(one,), added=(), remaining=remaining)
+    for said in ("unattributed", "explained"):
+        assert _named(traced, said).chance == pytest.approx(chance)

@@ -249,6 +249,25 @@ def test_limits_that_are_not_known() -> None:
     assert verdict_word(numbers(lack_of_fit_limits=unknown, after=AFTER | {"lack_of_fit": 9.0})) == "explained"
 
 
+@pytest.mark.parametrize(
+    ("word", "nothing", "tail", "said"),
+    [
+        ("unattributed", 0.3, 0.00104, True),
+        ("unattributed", 0.009, 0.00104, False),
+        ("unattributed", 0.3, None, False),
+        ("partly explained", 0.3, 0.00104, False),
+        ("adequate", 0.3, 0.6, False),
+    ],
+)
+def test_chance_is_named_beside_an_error_that_it_may_make(
+    word: str, nothing: float, tail: float | None, said: bool
+) -> None:
+    causes = [{"names": ["nothing"], "probability": nothing}, {"names": ["creep"], "probability": 1 - nothing}]
+    left = {"fraction": 1.0, "where": "nowhere", "p_value": tail}
+    line = "Chance may be all of it: without an error, 0.1 % of sensors have a lack of fit as large."
+    assert (line in sentences(numbers(word, causes=causes, unexplained=left))) == said
+
+
 def test_sentences_on_places() -> None:
     """What functions of place gain, and a drift that these data do not distinguish from them."""
     gained = {"times": {"elpd_gain": 120.4, "elpd_gain_se": 20.2}, "places": {"elpd_gain": 80.0, "elpd_gain_se": 30.0}}
