@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.arrays import turned
 from bayestouch.data.grouping import all_equal, beginnings, groups
 from bayestouch.data.touches import Touches
@@ -59,6 +59,9 @@ class Tally:
         The same for rows in contact.
     at_lowest, at_highest : (m,) int arrays
         Number of readings in contact that equal `touched_lowest` and `touched_highest`.
+    pairs, equal : (m,) int arrays
+        Number of readings in contact that follow another one of their touch, neither of them at an extreme of its
+        piece; and of those among them that equal it.
     """
 
     rows: int
@@ -84,16 +87,24 @@ class Tally:
     touched_highest: FloatArray
     at_lowest: IntArray
     at_highest: IntArray
+    pairs: IntArray
+    equal: IntArray
 
     @classmethod
     def of(cls, touches: Touches) -> Tally:
         """Return the counts of a table, or of a piece of it with complete touches."""
-        begin = _begin_in_order(touches)
+        begin, touch = _begin_in_order(touches), touches.touch
         away, missing = ~touches.in_contact, np.isnan(touches.readings)
         location = [v for v in (touches.angle_deg, touches.x_mm, touches.y_mm) if v is not None]
         there, lowest, highest = touched, touched_lowest, touched_highest = _extremes(readings := touches.readings)
         if away.any():
             touched, touched_lowest, touched_highest = _extremes(readings := touches.readings[~away])
+            touch = touch[~away]
+        at_lowest, at_highest = readings == touched_lowest, readings == touched_highest
+        # rows that follow another row of their touch
+        follow = np.flatnonzero(touch[1:] == touch[:-1]) + 1
+        inside = ~(np.isnan(readings) | at_lowest | at_highest)
+        pairs = inside[follow] & inside[follow - 1]
         return cls(
             rows=touches.n_rows,
             touches=touches.n_touches,
@@ -116,8 +127,10 @@ class Tally:
             touched=touched,
             touched_lowest=touched_lowest,
             touched_highest=touched_highest,
-            at_lowest=(readings == touched_lowest).sum(axis=0),
-            at_highest=(readings == touched_highest).sum(axis=0),
+            at_lowest=at_lowest.sum(axis=0),
+            at_highest=at_highest.sum(axis=0),
+            pairs=pairs.sum(axis=0),
+            equal=(pairs & (readings[follow] == readings[follow - 1])).sum(axis=0),
         )
 
     def __add__(self, other: Tally) -> Tally:
@@ -150,7 +163,19 @@ class Tally:
             at_lowest=self.at_lowest * (self.touched_lowest == low) + other.at_lowest * (other.touched_lowest == low),
             at_highest=self.at_highest * (self.touched_highest == high)
             + other.at_highest * (other.touched_highest == high),
+            pairs=self.pairs + other.pairs,
+            equal=self.equal + other.equal,
         )
+
+    @property
+    def coarse(self) -> BoolArray:
+        """Whether the steps of each element's readout are larger than twice its noise, (m,).
+
+        With normal noise a reading equals the one before in half of the cases if a step is 2.1 standard deviations.
+        Where each reading is one of two values, there is no other step.
+        """
+        two = (self.at_lowest + self.at_highest == self.touched) & (self.touched_lowest < self.touched_highest)
+        return np.asarray((2 * self.equal > self.pairs) | two)
 
 
 def _extremes(readings: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -252,7 +277,7 @@ def _missing(tally: Tally) -> Iterator[str]:
 
 
 def _stuck(tally: Tally) -> Iterator[str]:
-    enough = tally.touched >= STUCK_ROWS
+    enough, coarse = tally.touched >= STUCK_ROWS, tally.coarse
     for k in range(len(tally.there)):
         if tally.there[k] > 1 and tally.lowest[k] == tally.highest[k]:
             yield f"e{k + 1:02d}: constant at {tally.lowest[k]:g}, so nothing is learnt from this element"
@@ -263,9 +288,12 @@ def _stuck(tally: Tally) -> Iterator[str]:
         ):
             share = at[k] / max(int(tally.touched[k]), 1)
             if enough[k] and share > STUCK_SHARE:
+                why = "the element may be saturated there"
+                if coarse[k]:
+                    why = "steps of the readout are larger than twice the noise, or the element is saturated there"
                 yield (
                     f"e{k + 1:02d}: {100 * share:.0f} % of the readings in contact are exactly its {which}, "
-                    f"{extreme[k]:g}: the element may be saturated there"
+                    f"{extreme[k]:g}: {why}"
                 )
 
 

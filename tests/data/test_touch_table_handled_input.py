@@ -11,7 +11,7 @@ import pytest
 from input_tables import GOOD, error, good, notes, put
 from same_touches import same_touches
 
-from bayestouch.data.remarks import Tally
+from bayestouch.data.remarks import Tally, remarks
 from bayestouch.data.sensor import Pad, Sensor
 from bayestouch.data.touch_table import read_touches
 from bayestouch.data.touches import touches_from
@@ -125,6 +125,25 @@ def test_a_column_clipped_at_the_bottom(write: Callable[..., Path]) -> None:
     said = notes(write(table_of(readings)))
     assert len(said) == 2 and all(
         "exactly its smallest, 0: the element may be saturated there" in note for note in said
+    )
+
+
+@pytest.mark.parametrize(("step", "coarse"), [(0.5, False), (1.5, False), (10.0, True), (100.0, True)])
+def test_coarse_steps_are_told_from_saturation(step: float, coarse: bool) -> None:
+    """Three touches in four are far from the element: its smallest reading is a quarter of all, or more.
+
+    A reading of noise 1 that is cut off below zero piles up there with fine steps; without a cut only coarse steps do.
+    """
+    generator = np.random.default_rng(2)
+    touch, signal = np.repeat(np.arange(400), 10), np.repeat(generator.uniform(-150, 50, 400).clip(0), 10)
+    reading = np.round((signal + generator.normal(size=4000)).clip(0 if step < 2 else -1e9) / step) * step
+    table = touches_from(touch=touch, readings=reading[:, None])
+    (said,) = [each for each in remarks(Tally.of(table)) if "exactly" in each]
+    assert "exactly its smallest" in said
+    assert said.endswith(
+        "steps of the readout are larger than twice the noise, or the element is saturated there"
+        if coarse
+        else ": the element may be saturated there"
     )
 
 
