@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IndexArray, IntArray
 from bayestouch.reading.fault_tests import FEWEST
 from bayestouch.reading.faults import SensorCheck, find_faults, odd_touches
 from bayestouch.reading.touch_reader import TouchReader
@@ -61,7 +61,7 @@ def _checked(
     if len(told) < FEWEST:
         return SensorCheck((), np.arange(n_elements), 1.0, 0)
     spread = np.linspace(0, len(told) - 1, min(len(told), MOST)).round().astype(np.int64)
-    some = told[np.unique(spread)]
+    some = in_time(told[np.unique(spread)], touches.means.time_s)
     fitted = reader.fitted(touches, block, some, rest_variance)
     check = find_faults(fitted)
     if check.excess == 1:
@@ -74,3 +74,9 @@ def _checked(
         return check
     rest = find_faults(reader.fitted(touches, block, kept, rest_variance))
     return replace(rest, odd=tuple(map(int, fitted.touch[odd]))) if rest.sound else check
+
+
+def in_time(some: IntArray, time_s: FloatArray) -> IndexArray:
+    """Rows of some touches in the order of time; as they are if a touch has no time (`time_s` is that of all, (t,))."""
+    time = time_s[some]
+    return some[np.argsort(time, kind="stable")] if np.isfinite(time).all() else some

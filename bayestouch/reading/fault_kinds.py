@@ -7,13 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.reading.fault_tests import TOLERANCE, SensorMisfit
+from bayestouch.reading.stopped import NOTHING_SHARE, silent_at
 
-Kind = Literal["dead", "stuck", "gain", "offset", "unlike"]
-
-#: An element is dead if its readings follow the touches by less than this share of the expected amount.
-DEAD_SHARE = 0.15
+Kind = Literal["dead", "loose", "stuck", "gain", "offset", "unlike"]
 
 
 @dataclass(frozen=True)
@@ -25,13 +23,13 @@ class ColumnFault:
     column : int
         Number of the element from 0; the force sensor has the number of elements.
     kind : str
-        ``dead`` (readings do not follow the touches), ``stuck`` (one constant value), ``gain`` (reading is `value`
-        times the expected one), ``offset`` (reading is too high by `value` times the peak) or ``unlike`` (any other
-        misfit).
+        ``dead`` (readings do not follow the touches), ``loose`` (they do not follow a share `value` of the touches),
+        ``stuck`` (one constant value), ``gain`` (reading is `value` times the expected one), ``offset`` (reading is too
+        high by `value` times the peak) or ``unlike`` (any other misfit).
     value, sd : float
         Size of the fault as `kind` defines it, and its standard deviation.
     since : int or None
-        Number of the touch from which a column is stuck; None if it is at all touches.
+        Number of the touch from which a column is stuck or dead; None if it is at all touches.
     """
 
     column: int
@@ -60,7 +58,7 @@ def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     rest_sd = misfit.rest_sd_of(column)
     if rest_sd:
         sd = float(np.hypot(sd, rest_sd * (weight * s).sum() / square))
-    if abs(gain) < DEAD_SHARE and sd < DEAD_SHARE:
+    if abs(gain) < NOTHING_SHARE and sd < NOTHING_SHARE:
         return ColumnFault(column, "dead", gain, sd)
     misfit_sd = float(np.sqrt(np.median(weight * rest**2)))
     offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale
@@ -70,3 +68,24 @@ def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     if misfit_sd < 2.0 and sd < 0.5 * abs(gain - 1):
         return ColumnFault(column, "gain", gain, sd)
     return ColumnFault(column, "unlike")
+
+
+def silent_fault(column: int, read: FloatArray, misfit: SensorMisfit, touch: IntArray) -> ColumnFault | None:
+    """Fault of an element that reads some touches and nothing of others; None if it has no such fault.
+
+    Parameters
+    ----------
+    column : int
+        Number of the element.
+    read, touch : (t,) arrays
+        Its readings, and the numbers of the touches, in the order of time.
+    misfit : SensorMisfit
+        Misfit of the touches without this element.
+    """
+    silent, told = silent_at(read, misfit, column)
+    if not silent.any() or (silent == told).all():
+        return None
+    first = int(silent.argmax())
+    if (silent == told)[first:].all():
+        return ColumnFault(column, "dead", since=int(touch[first]))
+    return ColumnFault(column, "loose", float(silent.sum() / told.sum()))

@@ -90,7 +90,10 @@ def _name(column: int) -> str:
 def _element(fault: ColumnFault) -> str:
     match fault.kind:
         case "dead":
-            return "does not follow the touches (dead)"
+            when = "" if fault.since is None else f" from touch {fault.since} on"
+            return f"does not follow the touches{when} (dead)"
+        case "loose":
+            return f"reads nothing of {100 * fault.value:.0f} % of the touches near it (loose contact)"
         case "stuck":
             when = "at every touch" if fault.since is None else f"from touch {fault.since} on"
             return f"reads the same ({fault.value:.4g}) {when} (stuck)"

@@ -15,9 +15,9 @@ import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IndexArray, IntArray
 from bayestouch.data.averages import TouchMeans
-from bayestouch.reading.fault_kinds import ColumnFault, named
+from bayestouch.reading.fault_kinds import ColumnFault, named, silent_fault
 from bayestouch.reading.fault_tests import ColumnTests, SensorMisfit, tested
-from bayestouch.reading.stopped import stopped_at
+from bayestouch.reading.stopped import may_be_silent, silent_at, stopped_at
 
 #: Largest share of the elements that is left out. With more faults, the calibration does not fit the readings at all.
 LARGEST_SHARE = 1 / 3
@@ -39,7 +39,7 @@ class FittedTouches(Protocol):
 
     @property
     def touch(self) -> IntArray:
-        """Number of each touch, (t,)."""
+        """Number of each touch, (t,), in the order of time where it is known."""
         ...
 
     @property
@@ -186,8 +186,18 @@ def _columns_to_leave_out(fitted: FittedTouches) -> BoolArray | None:
     largest = _most(k)
     if broken.sum() > largest:
         return None
-    while (tests := _failed_tests(fitted, out)) is not None:
-        out[_worst(fitted, out, tests)] = True
+    while True:
+        misfit = fitted(out)
+        tests = _failed(misfit, few=fitted.few)
+        # An element that is silent at a few touches may pass the tests of all touches.
+        doubtful = tests is not None or _root_mean_squares(misfit)[0] > LARGEST_MISFIT
+        silent = _silent(fitted, out, misfit) if doubtful else None
+        if silent is not None:
+            broken[silent] = out[silent] = True
+        elif tests is not None:
+            out[_worst(fitted, out, tests)] = True
+        else:
+            break
         if out[:-1].sum() > largest:
             return None
     return broken | _readmitted(fitted, out) if out.sum() > 1 else out
@@ -205,6 +215,25 @@ def _broken(fitted: FittedTouches) -> BoolArray:
     return absurd | (_stopped_at(fitted) < len(fitted.columns))
 
 
+def _silent(fitted: FittedTouches, out: BoolArray, misfit: SensorMisfit) -> int | None:
+    """Element to leave out that reads nothing of some touches although the others say that it should; None if none.
+
+    It comes before the tests: a silent element can move touches so far that its neighbours fail them first. For the
+    same reason a sound element may seem silent beside a faulty one. So without it the others must agree better than
+    without the column that the tests say.
+    """
+    columns, tests = fitted.columns, tested(misfit)
+    maybe = np.flatnonzero(may_be_silent(columns, misfit) & ~out[:-1])
+    only = np.eye(len(out), dtype=bool)
+    for column in maybe[np.argsort(-tests.drop[maybe], kind="stable")][:MOST_TRIED]:
+        without = fitted(out | only[column])
+        if silent_at(columns[:, column], without, column)[0].any():
+            worst = _worst(fitted, out, tests)
+            if worst == column or _root_mean_squares(without) < _root_mean_squares(fitted(out | only[worst])):
+                return int(column)
+    return None
+
+
 def _stopped_at(fitted: FittedTouches) -> IndexArray:
     columns = fitted.columns
     return stopped_at(columns, fitted.scale, fitted, _most(columns.shape[1]))
@@ -217,7 +246,9 @@ def _named(fitted: FittedTouches, out: BoolArray, misfit: SensorMisfit) -> tuple
     def fault(column: int) -> ColumnFault:
         if stopped[column] < len(columns):
             return ColumnFault(column, "stuck", float(columns[-1, column]), since=int(fitted.touch[stopped[column]]))
-        return named(column, columns[:, column], misfit)
+        read = columns[:, column]
+        silent = None if column == columns.shape[1] - 1 else silent_fault(column, read, misfit, fitted.touch)
+        return silent or named(column, read, misfit)
 
     return tuple(fault(int(column)) for column in np.flatnonzero(out))
 
@@ -234,10 +265,13 @@ def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
 
 def _failed_tests(fitted: FittedTouches, out: BoolArray) -> ColumnTests | None:
     """Tests of the columns that are not in `out`; None if no fault is found in them."""
-    misfit = fitted(out)
+    return _failed(fitted(out), few=fitted.few)
+
+
+def _failed(misfit: SensorMisfit, *, few: bool) -> ColumnTests | None:
     tests = tested(misfit)
     # a faulty element can shift the touches so far that its own readings cannot be tested: all others misfit
-    hidden = fitted.few and _root_mean_squares(misfit)[0] > LARGEST_MISFIT
+    hidden = few and _root_mean_squares(misfit)[0] > LARGEST_MISFIT
     return None if tests.agree and not hidden else tests
 
 

@@ -92,7 +92,8 @@ def test_touches_with_two_readings_more_than_unknowns_are_checked(
 
     monkeypatch.setattr(check_of_sensor, "find_faults", found)
     reader: Any = SimpleNamespace(parameters=(None,) * unknowns, fitted=fitted, drifts_are_estimated=False)
-    assert check_sensor(reader, None, SimpleNamespace(n_touches=20), elements).touches == checked
+    touches = SimpleNamespace(means=SimpleNamespace(time_s=np.full(20, np.nan)))
+    assert check_sensor(reader, touches, SimpleNamespace(n_touches=20), elements).touches == checked
 
 
 def test_a_finger_of_three_elements_is_read_as_without_the_check() -> None:

@@ -290,6 +290,10 @@ def test_faults_in_words() -> None:
     assert fault_settings(found) == wanted | {"noise_widened": 2.25}
     (late,) = fault_notes(check(ColumnFault(1, "stuck", 0.0, since=121)), "N")
     assert late == f"{begin}e02 reads the same (0) from touch 121 on (stuck) and is left out"
+    (dead,) = fault_notes(check(ColumnFault(1, "dead", since=121)), "N")
+    assert dead == f"{begin}e02 does not follow the touches from touch 121 on (dead) and is left out"
+    (loose,) = fault_notes(check(ColumnFault(1, "loose", 0.333)), "N")
+    assert loose == f"{begin}e02 reads nothing of 33 % of the touches near it (loose contact) and is left out"
     other = fault_notes(check(ColumnFault(4, "stuck", 1.0), ColumnFault(2, "unlike")), "N")
     assert "force sensor does not follow the touches (stuck) and is left out: loads are inferred" in other[0]
     assert other[1] == f"{begin}e03 does not agree with the other elements and is left out"

@@ -97,6 +97,54 @@ def test_an_element_that_dies_is_named_with_its_touch(
     assert found(result) == [f"sensor check (92 touches): {note}"]
 
 
+@pytest.mark.parametrize(("element", "first"), [(5, 46), (5, 70), (8, 80)])
+def test_an_element_that_goes_on_with_noise_alone_is_named_with_its_touch(
+    sound: tuple[Calibration, Touches], element: int, first: int
+) -> None:
+    """Its neighbours were left out in its place, or some touches were called odd, and the noise was widened."""
+    touches = sound[1]
+    when = np.unique(touches.touch)[first]
+    noise = 17.2 * np.random.default_rng(0).standard_normal(touches.n_rows)
+    late = touches.touch >= when
+    result = infer(sound, readings=changed(sound, element, np.where(late, noise, touches.readings[:, element])))
+    (note,) = found(result)
+    begin, named = note.split(" from touch ")
+    assert begin == f"sensor check (92 touches): e{element + 1:02d} does not follow the touches"
+    assert named.endswith(" on (dead) and is left out")
+    # The first touch near enough to it that the others say a fifth of its peak beyond doubt.
+    near = late & (np.abs(touches.readings[:, element]) > 0.2 * 1600)
+    assert when <= int(named.split()[0]) <= touches.touch[near].min()
+    assert np.median(result.sd("R") / infer(sound).sd("R")) < 1.2
+
+
+@pytest.mark.parametrize("noise", [0.0, 17.2])
+def test_an_element_that_dies_is_named_in_the_order_of_time(sound: tuple[Calibration, Touches], noise: float) -> None:
+    """Touches have numbers in another order than times, as in a table that is sorted by tip."""
+    touches, rng = sound[1], np.random.default_rng(0)
+    ids, group = np.unique(touches.touch, return_inverse=True)
+    rank = rng.permutation(len(ids))
+    late = rank[group] >= 46
+    read = np.where(late, noise * rng.standard_normal(touches.n_rows), touches.readings[:, 8])
+    result = infer(sound, readings=changed(sound, 8, read), time_s=10.0 * rank[group] + 0.1 * touches.sample)
+    (note,) = found(result)
+    named = int(note.split(" from touch ")[1].split()[0])
+    if noise == 0:
+        assert note.endswith(f"e09 reads the same (0) from touch {ids[rank == 46][0]} on (stuck) and is left out")
+    else:
+        assert "e09 does not follow the touches from touch " in note and rank[ids == named][0] >= 46
+
+
+def test_a_loose_contact_is_named(sound: tuple[Calibration, Touches]) -> None:
+    """Every third touch is read with noise alone."""
+    touches = sound[1]
+    off = np.unique(touches.touch, return_inverse=True)[1] % 3 == 0
+    noise = 17.2 * np.random.default_rng(0).standard_normal(touches.n_rows)
+    result = infer(sound, readings=changed(sound, 8, np.where(off, noise, touches.readings[:, 8])))
+    (note,) = found(result)
+    assert note.endswith("% of the touches near it (loose contact) and is left out")
+    assert 20 <= float(note.split("reads nothing of ")[1].split(" %")[0]) <= 46
+
+
 @pytest.mark.parametrize("value", [1e6, 1e9, 1e12, -1e12])
 def test_one_absurd_reading_is_a_fault_of_its_element(sound: tuple[Calibration, Touches], value: float) -> None:
     touches = sound[1]

@@ -9,7 +9,7 @@ import pytest
 
 from bayestouch.reading import stopped
 from bayestouch.reading.fault_tests import SensorMisfit
-from bayestouch.reading.stopped import same_since, stopped_at
+from bayestouch.reading.stopped import may_be_silent, same_since, silent_at, stopped_at
 
 SCALE = np.array([10.0, 10.0, 10.0, 1.0])
 T = 30
@@ -33,7 +33,7 @@ def fitted(signal: np.ndarray, sd: float = 0.0) -> Any:
 
 
 def test_settings() -> None:
-    assert stopped.SAME == 1e-9
+    assert (stopped.SAME, stopped.NOTHING_SHARE) == (1e-9, 0.15)
 
 
 def test_from_which_touch_a_column_reads_the_same() -> None:
@@ -68,3 +68,38 @@ def test_copies_of_the_last_touch_are_no_fault() -> None:
         raise AssertionError("nothing is left to compare with")
 
     assert stopped_at(columns, SCALE, never, 1).tolist() == [T] * 4
+
+
+def misfit(signal: np.ndarray, sd: float, score: np.ndarray, information: float) -> SensorMisfit:
+    sds, told = np.full(signal.shape, sd), np.full(signal.shape, information)
+    return SensorMisfit(score, told, signal, sds, lambda _: np.zeros(4), np.zeros(4), SCALE)
+
+
+@pytest.mark.parametrize(
+    ("read", "sd", "silent"),
+    [
+        (0.4, 0.0, [0, 1, 2, 3]),  # by a tenth or less
+        (0.8, 0.0, [0, 1, 2, 3]),  # of 4, 6, 8 and 10: 0.8 ‧ 28 is 10 % of the sum of squares
+        (1.4, 0.0, []),  # 18 % of it: the gain has changed
+        (0.4, 1.5, [1, 2, 3]),  # 4 - 2 ‧ 1.5 is less than a fifth of the peak, 2
+        (0.4, 2.5, []),  # two touches are too few
+        (5.5, 0.0, []),  # nearer to what it should read in all but two
+    ],
+)
+def test_touches_of_which_an_element_reads_nothing(read: float, sd: float, silent: list[int]) -> None:
+    signal = np.zeros((5, 4))
+    signal[:, 1] = [4.0, 6.0, 8.0, 10.0, 1.0]
+    none = np.zeros((5, 4))
+    found, told = silent_at(np.full(5, read), misfit(signal, sd, none, 0.0), 1)
+    assert np.flatnonzero(found).tolist() == silent
+    assert np.flatnonzero(told).tolist() == [k for k in range(4) if signal[k, 1] - 2 * sd > 2.0]
+
+
+def test_elements_that_may_be_silent_by_what_the_others_say() -> None:
+    """Score over information is what an element reads beside it; three touches count, and no change of sign."""
+    columns, score = np.zeros((4, 4)), np.zeros((4, 4))
+    columns[:, 0], score[:, 0] = 0.5, [-8.0, -8.0, -8.0, 0.0]  # 2.5 to 4.5 are expected with an information of 2
+    columns[:, 1], score[:, 1] = 0.5, [-8.0, -8.0, 0.0, 0.0]
+    columns[:, 2], score[:, 2] = 4.0, -6.0  # 7 is expected
+    assert may_be_silent(columns, misfit(columns, 0.0, score, 2.0)).tolist() == [True, False, False]
+    assert not may_be_silent(columns, misfit(columns, 0.0, score, 0.0)).any()
