@@ -45,7 +45,7 @@ _ERROR_TEXTS = (
     ("touch_error_percent_peak", "prediction error of touch means", ".2f", " % of the peak", 1.0),
     ("lack_of_fit", "lack of fit", ".2f", "", 1.0),
     ("R_rms_mm", "rms error of R", ".2f", " mm", 1.0),
-    ("R_bias_mm", "bias of R", "+.2f", " mm", 1.0),
+    ("R_bias_mm", "bias of R", "+z.2f", " mm", 1.0),
     ("theta_rms_deg", "rms error of the location", ".3f", " degree", 1.0),
     ("location_rms_mm", "rms error of the location", ".2f", " mm", 1.0),
     ("P_rms_N_per_m", "rms error of the load, read without the force sensor,", ".2g", " N/m", 1.0),
@@ -149,7 +149,7 @@ def _place_lines(numbers: Mapping[str, Any]) -> list[str]:
     out, gained = [], numbers.get("in_place")
     if gained is not None:
         shown = " and ".join(
-            f"{each['elpd_gain']:+.0f} ± {each['elpd_gain_se']:.0f} across {name}" for name, each in gained.items()
+            f"{each['elpd_gain']:+z.0f} ± {each['elpd_gain_se']:.0f} across {name}" for name, each in gained.items()
         )
         out.append(
             f"Something smooth in place: functions of place predict touches that are held out (log density {shown})."

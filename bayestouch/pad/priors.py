@@ -233,7 +233,7 @@ def pad_priors(
     peaks = highest_reading_location(replace(known, readings=known.readings - at_rest)) - nominal
     shift = np.median(peaks[usable], axis=0)
     off = np.sqrt(((peaks - shift) ** 2).sum(axis=1))
-    named = " and ".join(f"{value:+.1f} mm in {axis}" for value, axis in zip(shift, COORDINATES, strict=False))
+    named = " and ".join(f"{value:+z.1f} mm in {axis}" for value, axis in zip(shift, COORDINATES, strict=False))
     notes = []
     far = usable & (off > 3 * _POSITION_SD_MM)
     if far.any():

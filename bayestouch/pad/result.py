@@ -155,7 +155,7 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
     notes = []
     if len(rivals) > 1:
         scores = ", ".join(
-            f"{other} {rival.score - model.score:+.0f}" for other, rival in rivals.items() if other != name
+            f"{other} {rival.score - model.score:+z.0f}" for other, rival in rivals.items() if other != name
         )
         notes.append(
             f"of the models tried, {name} is chosen, by how well calibration readings left out are predicted "

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import bayestouch
-from bayestouch.pad.result import _lack_of_fit
+from bayestouch.pad.result import _lack_of_fit, _model_notes
 
 
 def lack_of_fit(pure: list[float], load_share: float = 0.0, load_spread: float = np.nan) -> float:
@@ -75,3 +75,14 @@ def test_a_note_names_samples_that_are_all_equal() -> None:
             note.startswith(f"{said}noise and model error cannot be distinguished") for note in calibration.notes
         )
         assert np.isnan(calibration.statistics["lack_of_fit"]) and not calibration.noise.tactile_sd.any()
+
+
+def test_scores_of_the_other_models_have_no_minus_zero() -> None:
+    scores = {"layer": 7.0, "layer with map": 6.6, "gaussian": 6.4, "map alone": 9.0}
+    rivals: Any = {name: SimpleNamespace(score=score) for name, score in scores.items()}
+    kernel = SimpleNamespace(parameters=())
+    chain = SimpleNamespace(values=())
+    model: Any = SimpleNamespace(score=7.0, place_error=0.0, kernel=kernel, fit=SimpleNamespace(chain=chain))
+    problem: Any = SimpleNamespace(known=SimpleNamespace(pure_error_variance=np.ones(1)))
+    (note,) = _model_notes(problem, model, "layer", rivals)
+    assert note.endswith("against it: layer with map +0, gaussian -1, map alone +2)")

@@ -25,7 +25,7 @@ def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOu
             errors = read.against_stated
             axis.set(
                 xlabel="R of the probe (mm)",
-                title=f"{label}: bias {errors['R_bias_mm']:+.2f} mm, rms {errors['R_rms_mm']:.2f} mm",
+                title=f"{label}: bias {errors['R_bias_mm']:+z.2f} mm, rms {errors['R_rms_mm']:.2f} mm",
             )
         axes[0][0].set_ylabel("R as read (mm)")
         content = rendered(figure, "png")

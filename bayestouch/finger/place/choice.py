@@ -69,7 +69,7 @@ class Choice:
             parts.append(f"the curvature of the surface varies by {100 * surface.sd:.2g} %")
         return (
             f"Discrepancy as a function of place: {' and '.join(parts)}. It predicts held-out places better than "
-            f"errors that are independent from touch to touch do (log density {self.gain:+.0f} ± {self.gain_sd:.0f})."
+            f"errors that are independent from touch to touch do (log density {self.gain:+z.0f} ± {self.gain_sd:.0f})."
         )
 
 

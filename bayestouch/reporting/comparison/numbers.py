@@ -117,7 +117,7 @@ def _sentences(numbers: dict[str, Any], first: Calibration, second: Calibration)
             both = (
                 f"{number(row['first'], 2)} {unit} rms on the first and {number(row['second'], 2)} {unit} on the second"
             )
-            out.append(f"The {name} is {both} ({change:+.0f} %).".replace("-", "−"))
+            out.append(f"The {name} is {both} ({change:+z.0f} %).".replace("-", "−"))
     if first.sensor.n_elements != second.sensor.n_elements:
         out.append("The two have different numbers of elements, so elements are not compared.")
     if others := in_other_units(first, second):
@@ -139,4 +139,4 @@ def _sentences(numbers: dict[str, Any], first: Calibration, second: Calibration)
 
 def _named(row: dict[str, Any]) -> str:
     where = f" of {row['element']}" if row["element"] else ""
-    return f"{row['symbol']}{where} ({row['difference_in_sd']:+.1f} sd)".replace("-", "−")
+    return f"{row['symbol']}{where} ({row['difference_in_sd']:+z.1f} sd)".replace("-", "−")
