@@ -20,8 +20,9 @@ from bayestouch.sampling.streams import BlockStreams
 PROPOSAL_DOF = 300.0
 # Degrees of freedom for the few shared parameters, whose posterior may have heavier tails than a normal density.
 SHARED_DOF = 8.0
-# Steps per draw that is kept, by attempt: about half of the proposals are accepted.
-THIN = (6, 18)
+# Steps per draw that is kept, by attempt: about half of the proposals are accepted. The third attempt is for posteriors
+# with a heavy tail, as of a half-width that may be near zero: the second one has learnt a proposal for it.
+THIN = (6, 18, 36)
 # Number of points at which the proposal of the shared parameters is tried, and their smallest effective share.
 TRIED, GOOD = 128, 0.2
 # Purpose number of the random streams, see `BlockStreams`.
