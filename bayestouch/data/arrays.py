@@ -79,15 +79,17 @@ def as_floats(value: Any) -> FloatArray:
     Raises
     ------
     InputError
-        It has values that are no numbers, or dates or durations.
+        It has values that are no real numbers, or dates or durations.
     """
     try:
         array = np.asarray(value)
         kinds = {array.dtype.kind, getattr(getattr(value, "dtype", None), "kind", "")}
-        if not kinds & {"m", "M"}:
+        if not kinds & {"m", "M", "c"}:
             return _with_nan(value, array)
     except (TypeError, ValueError):
         raise InputError(f"expected numbers, got {shown(value)}") from None
+    if "c" in kinds:
+        raise InputError(f"expected real numbers, got complex ones: {shown(value)}")
     # The numbers behind dates count µs, ns or another unit, by the way in which they were made.
     got, since = ("datetime64", "(t - t[0])") if "M" in kinds else ("timedelta64", "t")
     raise InputError(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import as_floats
 from bayestouch.data.baseline import combined_reads
-from bayestouch.data.touch_columns import LARGEST
+from bayestouch.data.touch_columns import LARGEST, LARGEST_TIME
 from bayestouch.errors import InputError, about, shown
 from bayestouch.live.files import load_setup, save_setup
 from bayestouch.model.body import body_of
@@ -270,8 +270,8 @@ class Reader(Summarised):
                 )
             return 0.0
         now = _number("time_s", time_s)
-        if not np.isfinite(now):
-            raise InputError(f"time_s: expected a finite number, got {now:g}")
+        if not np.abs(now) <= LARGEST_TIME:
+            raise InputError(f"time_s: expected a number from -1e30 to 1e30, got {now:g}")
         if now < self._time_s:
             raise InputError(f"time_s: expected a time that is not before {self._time_s:g} s, got {now:g} s")
         self._time_s = now
@@ -287,7 +287,8 @@ def _numbers(name: str, values: ArrayLike) -> FloatArray:
 
 def _number(name: str, value: float) -> float:
     try:
-        if isinstance(value, np.datetime64 | np.timedelta64):  # as a float it would count its own unit, ns or another
+        # As floats, dates would count their own unit, ns or another, and complex numbers would be their real parts.
+        if isinstance(value, np.datetime64 | np.timedelta64 | np.complexfloating):
             raise TypeError
         return float(value)
     except (TypeError, ValueError):

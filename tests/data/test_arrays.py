@@ -1,10 +1,13 @@
-"""Quantiles of draws, each series for itself, differences of angles, and elements that respond."""
+"""Quantiles of draws, each series for itself, differences of angles, elements that respond, numbers of a user."""
 
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
+import pytest
 
-from bayestouch.data.arrays import nearest_turn, quantiles, responding, turned
+from bayestouch.data.arrays import as_floats, nearest_turn, quantiles, responding, turned
+from bayestouch.errors import InputError
 
 
 def test_an_infinite_draw_matters_to_its_own_series_alone() -> None:
@@ -33,3 +36,13 @@ def test_turns() -> None:
     angles = np.array([340.0, -20.0, 20.0, -700.0, 0.1, np.nan, np.inf])
     to = np.array([-20.0, 340.0, 20.0, 15.0, 180.0, 0.0, 0.0])
     np.testing.assert_array_equal(nearest_turn(angles, to), [-20.0, 340.0, 20.0, 20.0, 0.1, np.nan, np.nan])
+
+
+@pytest.mark.parametrize(
+    "value",
+    [[1 + 2j, 3], np.array([1, 2], dtype="c8"), pd.Series([1 + 0j]), np.ma.masked_array([1j, 2], [True, False])],
+)
+def test_complex_numbers_are_refused(value: object) -> None:
+    """Their imaginary parts would be dropped, as by a Fourier transform that was not turned back."""
+    with pytest.raises(InputError, match=r"^expected real numbers, got complex ones: "):
+        as_floats(value)

@@ -394,9 +394,16 @@ def test_bad_input_gives_one_line() -> None:
             reader.read(values, time_s=time)  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"^values: expected seconds as numbers, got timedelta64"):
         reader.read(np.zeros(8, dtype="m8[s]"))  # type: ignore[arg-type]
-    for time_s in (np.nan, np.inf):
-        with pytest.raises(InputError, match=f"^time_s: expected a finite number, got {time_s}$"):
+    for time_s in (np.nan, np.inf, -np.inf, 1.1e30, -1.1e30):
+        with pytest.raises(
+            InputError, match=r"^time_s: expected a number from -1e30 to 1e30, got (nan|-?inf|-?1.1e\+30)$"
+        ):
             reader.read(values, time_s=time_s)
+    with pytest.raises(InputError, match=r"^values: expected real numbers, got complex ones"):
+        reader.read(values + 1j)
+    for name in ("load", "reads", "time_s"):
+        with pytest.raises(InputError, match=f"^{name}: expected a number, got np.complex128"):
+            reader.read(values, **{name: np.complex128(1 + 1j)})
     with pytest.raises(InputError, match="unknown parameter 'Q'"):
         reader.read(values)["Q"]
     reader.new_touch()
