@@ -132,7 +132,7 @@ def test_slopes_over_the_touch_are_differences() -> None:
 
 
 def test_the_bias_of_places_is_that_of_the_maps() -> None:
-    """`pad_spots` ignores that elements err together, and the error of the load: both are small here."""
+    """Both count what elements share. The tables have the noise of the fit."""
     _, _, one = calibrated("line")
     table = bayestouch.candidate_touches(one, places=[12.0, 16.0, 20.0], samples=4)
     (bias,) = planned(one, table).biases(np.arange(3))
@@ -140,7 +140,7 @@ def test_the_bias_of_places_is_that_of_the_maps() -> None:
     sd = np.sqrt(np.einsum("td,de,te->t", bias.rows, found, bias.rows))
     assert table.x_mm is not None
     spots = pad_spots(PadReader.from_calibration(one), table.x_mm[:, None], reads=4)
-    np.testing.assert_allclose(sd, spots.bias_rms[:, 0], rtol=0.35)
+    np.testing.assert_allclose(sd, spots.bias_rms[:, 0], rtol=0.08)  # 0.05 found
 
 
 def test_the_sds_are_those_of_a_calibration_with_the_chosen_touches() -> None:
