@@ -14,7 +14,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.errors import few
 from bayestouch.model.body import body_of
 from bayestouch.model.silent import silent_elements
-from bayestouch.model.split_data import DEAD
+from bayestouch.model.usable_touches import DEAD
 
 
 def lacking(dataset: DataSet, means: Mapping[str, TouchMeans]) -> Iterator[str]:

@@ -19,8 +19,8 @@ from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, structure_left, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
-from bayestouch.model.split_data import left_out_elements
 from bayestouch.model.touch_errors import KEYS
+from bayestouch.model.usable_touches import left_out_elements
 from bayestouch.results.objects import Calibration
 from bayestouch.results.targets import kept_draws
 

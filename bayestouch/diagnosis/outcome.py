@@ -13,7 +13,7 @@ from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.verdict import structure_left
 from bayestouch.effects.effect import OWN
 from bayestouch.errors import few
-from bayestouch.model.split_data import DEAD
+from bayestouch.model.usable_touches import DEAD
 from bayestouch.output.text import listed
 from bayestouch.results.targets import targets_missed
 

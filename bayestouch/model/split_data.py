@@ -7,19 +7,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
-from bayestouch.data.averages import average
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
-from bayestouch.data.sample_rows import reads_of_rows
 from bayestouch.data.splits import with_calibration
 from bayestouch.data.touches import Touches, numbered
 from bayestouch.effects.effect import Setting
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError
 from bayestouch.model.body import body_of
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.shared_rest import RestOffsets, shared_rest
 from bayestouch.model.silent import means_by_table, silent_elements
 from bayestouch.model.timing import Timing, one_clock, typical_gap
+from bayestouch.model.usable_touches import have_references, remarks_on, with_load, without_references
 
 # Smallest number of touches with references for a split of the touches to be read, and for a split of the calibration.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
@@ -28,9 +27,6 @@ NOTHING_KNOWN = (
     "no touch that presses has a known indenter, location and reading, so that there is nothing to fit: give "
     "indenter_radius_mm (on a finger) and the location for some touches at least"
 )
-#: Why an element is left out.
-DEAD = "no readings, or the same one in every row"
-WITHOUT_LOAD = "calibration touches without a load above zero are left out"
 CORRECTED_REST = (
     "the rest reading that touches share is the mean of few no-contact rows: it is corrected by what these touches show"
 )
@@ -114,8 +110,8 @@ class SplitData:
         rest = calibration.rest_reading()
         parts = (calibration.baseline_corrected(), touches.baseline_corrected(rest))
         table = without_dead(joined_tables(*parts))
-        references = body_of(dataset.sensor).references
-        known = _known(table, references)
+        body = body_of(dataset.sensor)
+        known = have_references(table, body.references)
         ids, group = groups(table.touch)
         read = np.bincount(group, weights=np.arange(table.n_rows) >= calibration.n_rows, minlength=len(ids)) > 0
         held = np.zeros(len(ids), dtype=bool)
@@ -130,8 +126,8 @@ class SplitData:
             how = TOO_FEW
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
-        training, left_out = _with_load(dataset, table, (known & ~held)[group])
-        unused = _without_references(table, references, ~read)
+        training, left_out = with_load(table, (known & ~held)[group], needs_load=body.needs_load)
+        unused = without_references(table, body.references, ~read)
         about = (*unused, *left_out, *remarks_on(table, training), *silent_elements(dataset, means_by_table(dataset)))
         source, reads = shared_rest(calibration, touches)
         return cls(
@@ -163,11 +159,12 @@ class SplitData:
         assert calibration is not None
         timing = Timing.of(calibration)
         table = without_dead(joined_tables(calibration.baseline_corrected()))
-        known = _known(table, body_of(dataset.sensor).references)
+        body = body_of(dataset.sensor)
+        known = have_references(table, body.references)
         _, group = groups(table.touch)
         if not known.any():
             raise InputError(NOTHING_KNOWN)
-        training, left_out = _with_load(dataset, table, known[group])
+        training, left_out = with_load(table, known[group], needs_load=body.needs_load)
         notes = (*dataset.notes, *left_out, *remarks_on(table, training), timing.note)
         source, reads = shared_rest(calibration)
         return cls(
@@ -192,7 +189,7 @@ class SplitData:
         clock, table = Timing.of(whole), without_dead(whole.baseline_corrected())
         _, group = groups(table.touch)
         body = body_of(dataset.sensor)
-        known = _known(table, body.references)
+        known = have_references(table, body.references)
         size = max(2, int(known.sum()) // BLOCKS) if body.scanned else 1
         held = np.zeros(len(known), dtype=bool)
         if known.sum() >= ENOUGH_CALIBRATION:
@@ -201,7 +198,7 @@ class SplitData:
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
-        training, left_out = _with_load(dataset, table, training)
+        training, left_out = with_load(table, training, needs_load=body.needs_load)
         how = "every fourth touch is held out"
         if body.scanned:
             how = f"every fourth block of {size} touches that follow each other is held out"
@@ -312,26 +309,6 @@ class SplitData:
         )
 
 
-def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
-    """Remarks on readings and samples that are missing in `rows`, the rows used in fits."""
-    out = []
-    if dead := left_out_elements(table, rows):
-        out.append(f"{few(dead)}: {DEAD}; left out")
-    seen = table.touch[rows & table.in_contact]
-    once = len(np.unique(seen)) == len(seen)
-    noise = "the noise is that of readings far from the touch, and effects of the noise"
-    if once and not (reads_of_rows(table) > 1).any():
-        out.append(f"no touch was read twice: {noise}, and those that change while a touch is held, cannot be seen")
-    elif not once and average(table.select(rows)).repeats_equal:
-        out.append(f"the samples of each touch are all equal: {noise} cannot be seen")
-    return tuple(out)
-
-
-def left_out_elements(table: Touches, rows: BoolArray) -> list[str]:
-    """Names of the elements without readings in `rows`, of a table without those of dead elements."""
-    return [f"e{k + 1:02d}" for k in np.flatnonzero(np.isnan(table.readings[rows]).all(axis=0))]
-
-
 def joined_tables(*tables: Touches) -> Touches:
     """Rows of all tables, touches numbered from 0; columns that a table does not have are NaN."""
 
@@ -367,16 +344,6 @@ def without_dead(table: Touches) -> Touches:
     return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
 
 
-def _with_load(dataset: DataSet, table: Touches, rows: BoolArray) -> tuple[BoolArray, tuple[str, ...]]:
-    """Rows (n,) of touches to fit without those of touches that lack a load, if the body needs one; and a note."""
-    ids, group = groups(table.touch)
-    measured = np.bincount(group[rows & table.in_contact & np.isfinite(table.load)], minlength=len(ids)) > 0
-    lacking = np.unique(group[rows & ~measured[group]])
-    if not (body_of(dataset.sensor).needs_load and measured.any() and len(lacking)):
-        return rows, ()
-    return rows & measured[group], (f"{len(lacking)} {WITHOUT_LOAD}",)
-
-
 def _turns(table: Touches, chosen: BoolArray) -> IntArray:
     """Numbers by which the k `chosen` touches of (t,) are held out in turn, (k,): consecutive within each tip.
 
@@ -387,48 +354,3 @@ def _turns(table: Touches, chosen: BoolArray) -> IntArray:
     tip_mm = first_of(np.where(table.in_contact, table.indenter_radius_mm, np.nan), group, len(ids))
     _, first, tip = np.unique(tip_mm[chosen], return_index=True, return_inverse=True)
     return np.asarray(first[tip] + numbered(tip))
-
-
-def _known(table: Touches, references: tuple[str, ...]) -> BoolArray:
-    """Whether each touch presses, with all `references`, (t,).
-
-    A column that the table does not have is not required (a pad along a line has no y); but some location is.
-    """
-    known = _presses(table)
-    if table.angle_deg is None and table.x_mm is None:
-        return np.zeros_like(known)
-    for name in references:
-        if getattr(table, name) is not None:
-            known &= ~np.isnan(_first_in_contact(table, name))
-    return np.asarray(known)
-
-
-def _presses(table: Touches) -> BoolArray:
-    """Whether each touch has a row in contact with a reading, and with a load that is not zero or less, (t,)."""
-    ids, group = groups(table.touch)
-    return np.asarray(np.bincount(group[_pressing(table)], minlength=len(ids)) > 0)
-
-
-def _pressing(table: Touches) -> BoolArray:
-    return np.asarray(table.in_contact & ~np.isnan(table.readings).all(axis=1) & ~(table.load <= 0))
-
-
-def _first_in_contact(table: Touches, name: str) -> FloatArray:
-    """First value of a column in rows of each touch that press, (t,); NaN for none."""
-    ids, group = groups(table.touch)
-    return first_of(np.where(_pressing(table), getattr(table, name), np.nan), group, len(ids))
-
-
-def _without_references(table: Touches, references: tuple[str, ...], calibrating: BoolArray) -> tuple[str, ...]:
-    """A note on the calibration touches, a mask (t,), that press but are not used, with the columns that they lack."""
-    pressed = _presses(table) & calibrating
-    lacking = {
-        name: pressed & np.isnan(_first_in_contact(table, name))
-        for name in references
-        if getattr(table, name) is not None
-    }
-    unused = np.any([*lacking.values(), np.zeros_like(pressed)], axis=0)
-    if not unused.any():
-        return ()
-    columns = " or ".join(name for name, rows in lacking.items() if rows.any())
-    return (f"{unused.sum()} of {pressed.sum()} calibration touches are without {columns}: they are not used",)

@@ -18,8 +18,8 @@ from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.model.observations import Observations, history_of
-from bayestouch.model.split_data import WITHOUT_LOAD
 from bayestouch.model.timing import Timing
+from bayestouch.model.usable_touches import WITHOUT_LOAD
 from bayestouch.pad.added_noise import NoiseByEffects, NoiseWithEffects
 from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
 from bayestouch.pad.noise import LeftOut, fit_noise

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,51 +12,17 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.effects import catalogue
 from bayestouch.errors import InputError
-from bayestouch.finger import body as finger
 from bayestouch.model import split_data as data
-from bayestouch.model.split_data import _known, remarks_on
-from bayestouch.pad import body as pad
 from bayestouch.simulation import FingerDesign, PadDesign, simulate
 
 NAN = np.nan
-FINGER, PAD = finger.BODY.references, pad.BODY.references
-
-
-def table(**changes: Any) -> Any:
-    """Touches 3, 3, 1, 2 on a finger; the first row is at rest."""
-    values: dict[str, Any] = {
-        "n_rows": 4,
-        "touch": np.array([3, 3, 1, 2]),
-        "in_contact": np.array([False, True, True, True]),
-        "readings": np.array([[NAN, NAN], [1.0, NAN], [2.0, NAN], [3.0, NAN]]),
-        "load": np.array([0.0, 5.0, NAN, 6.0]),
-        "indenter_radius_mm": np.full(4, 3.0),
-        "angle_deg": np.zeros(4),
-        "x_mm": np.zeros(4),
-        "y_mm": None,
-        "reads": None,
-    }
-    return SimpleNamespace(**(values | changes))
 
 
 def test_settings() -> None:
     assert (data.ENOUGH_READ, data.ENOUGH_CALIBRATION, data.BLOCKS) == (20, 40, 40)
 
 
-def test_touches_with_every_reference() -> None:
-    """Rows that press with something read; unknown loads are no hindrance, loads of zero are."""
-    assert _known(table(), FINGER).tolist() == [True, True, True]
-    assert _known(table(load=np.array([5.0, 0.0, NAN, -1.0])), FINGER).tolist() == [False, True, False]
-    assert _known(table(angle_deg=np.array([1.0, NAN, 1.0, 1.0])), FINGER).tolist() == [False, True, True]
-    assert _known(table(indenter_radius_mm=np.array([1.0, 1.0, NAN, 1.0])), FINGER).tolist() == [True, False, True]
-    assert _known(table(indenter_radius_mm=np.full(4, NAN)), PAD).tolist() == [True, True, True]
-    assert _known(table(y_mm=np.array([0.0, 0.0, 0.0, NAN])), PAD).tolist() == [True, True, False]
-    readings = np.array([[1.0, 1.0], [NAN, NAN], [2.0, NAN], [3.0, NAN]])
-    assert _known(table(readings=readings), FINGER).tolist() == [False, True, True]
-
-
 def test_nothing_is_known_without_a_location() -> None:
-    assert _known(table(angle_deg=None, x_mm=None), FINGER).tolist() == [False, False, False]
     simulated = simulate(FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0), seed=3).dataset
     bare = simulated.touches.with_(angle_deg=None)
     for split in (data.SplitData.of, data.SplitData.of_calibration):
@@ -94,29 +59,6 @@ def test_a_note_counts_calibration_touches_without_references() -> None:
         split = data.SplitData.of(replace(simulated, calibration=made))
         assert len(np.unique(split.table.touch[split.training])) + split.n_held_out == fitted
         assert {note for note in split.notes if "held out" in note or "not used" in note} == notes
-
-
-def test_remarks() -> None:
-    """On elements without readings, and touches that were read once."""
-    rows = np.ones(4, dtype=bool)
-    dead, once = remarks_on(table(), rows)
-    assert dead == "e02: no readings, or the same one in every row; left out"
-    assert once.startswith("no touch was read twice")
-    assert remarks_on(table(reads=np.array([1.0, NAN, 1.0, 2.0])), rows) == (dead,)
-    assert len(remarks_on(table(reads=np.array([1.0, NAN, 1.0, 1.0])), rows)) == 2
-    several = touches_from([3, 3, 1, 2], np.array([[0.0, NAN], [1.0, NAN], [2.0, NAN], [3.0, NAN]]), contact=1.0)
-    assert remarks_on(several, rows) == (dead,)
-    assert len(remarks_on(table(in_contact=np.ones(4, dtype=bool)), np.array([False, True, True, True]))) == 2
-
-
-def test_a_remark_names_samples_that_are_all_equal() -> None:
-    noted = (
-        "the samples of each touch are all equal: the noise is that of readings far from the touch, and effects of the "
-        "noise cannot be seen"
-    )
-    for last, said in ((1.0, (noted,)), (1.5, ())):
-        made = touches_from([0, 0, 1, 1], np.array([[1.0], [last], [2.0], [2.0]]), contact=1.0)
-        assert remarks_on(made, np.ones(4, dtype=bool)) == said
 
 
 def test_a_search_may_use_a_part_of_the_touches_that_calibrations_use() -> None:
