@@ -18,7 +18,7 @@ from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.shared_rest import RestOffsets, shared_rest
 from bayestouch.model.silent import means_by_table, silent_elements
 from bayestouch.model.timing import Timing, one_clock, typical_gap
-from bayestouch.model.usable_touches import have_references, remarks_on, with_load, without_references
+from bayestouch.model.usable_touches import have_references, of_measured_load, remarks_on, without_references
 
 # Smallest number of touches with references for a split of the touches to be read, and for a split of the calibration.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
@@ -126,7 +126,7 @@ class SplitData:
             how = TOO_FEW
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
-        training, left_out = with_load(table, (known & ~held)[group], needs_load=body.needs_load)
+        training, left_out = of_measured_load(table, (known & ~held)[group], needs_load=body.needs_load)
         unused = without_references(table, body.references, ~read)
         about = (*unused, *left_out, *remarks_on(table, training), *silent_elements(dataset, means_by_table(dataset)))
         source, reads = shared_rest(calibration, touches)
@@ -164,7 +164,7 @@ class SplitData:
         _, group = groups(table.touch)
         if not known.any():
             raise InputError(NOTHING_KNOWN)
-        training, left_out = with_load(table, known[group], needs_load=body.needs_load)
+        training, left_out = of_measured_load(table, known[group], needs_load=body.needs_load)
         notes = (*dataset.notes, *left_out, *remarks_on(table, training), timing.note)
         source, reads = shared_rest(calibration)
         return cls(
@@ -198,7 +198,7 @@ class SplitData:
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
-        training, left_out = with_load(table, training, needs_load=body.needs_load)
+        training, left_out = of_measured_load(table, training, needs_load=body.needs_load)
         how = "every fourth touch is held out"
         if body.scanned:
             how = f"every fourth block of {size} touches that follow each other is held out"

@@ -45,7 +45,7 @@ def without_references(table: Touches, references: tuple[str, ...], calibrating:
     return (f"{unused.sum()} of {pressed.sum()} calibration touches are without {columns}: they are not used",)
 
 
-def with_load(table: Touches, rows: BoolArray, *, needs_load: bool) -> tuple[BoolArray, tuple[str, ...]]:
+def of_measured_load(table: Touches, rows: BoolArray, *, needs_load: bool) -> tuple[BoolArray, tuple[str, ...]]:
     """Rows (n,) of touches to fit without those of touches that lack a load, if one is needed; and a note."""
     ids, group = groups(table.touch)
     measured = np.bincount(group[rows & table.in_contact & np.isfinite(table.load)], minlength=len(ids)) > 0
