@@ -16,7 +16,9 @@ from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.live_covariance import LOADS, LOADS_OF_BEND, CovarianceTable
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_effects import FingerStream, bends, blank_context
+from bayestouch.finger.reading.live_elsewhere import ELSEWHERE, Branch, Fits
 from bayestouch.finger.reading.live_summary import Alternatives
+from bayestouch.finger.reading.modes import UNEXPLAINED
 from bayestouch.finger.reading.places import CovarianceWithPlaces
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.live import HeldTouch, LiveTouch
@@ -29,7 +31,8 @@ TEMPLATE_STEP = np.radians(1.0)
 # Newton steps from a template: largest number, and length (sd) at which the search ends before and after the
 # covariance of the calibration is known; how many times a step that goes too far is made shorter.
 MOST_STEPS, NEAR, SETTLED, SHORTER = 30, 0.3, 0.2, 8
-ELSEWHERE = "a distant location fits about as well"
+# Distance (sd) from the mode at which a search that ends has found another one: ten times the length at which it ends.
+SAME = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,17 +63,21 @@ class FingerLive:
     ) -> FingerLive:
         """Live reader from a calibration of a finger; `arrays` from an earlier one with the same options."""
         reader = FingerTouchReader.from_calibration(calibration, options)
-        sampler = reader.sampler
-        low, high = sampler.priors.location.support
-        # As in `modes`, inside the prior: beyond it the density has no slope to follow.
-        angles = np.clip(np.arange(low, high + TEMPLATE_STEP, TEMPLATE_STEP), low + 1e-6, high - 1e-6)
-        w, angle = (each.ravel() for each in np.meshgrid(np.log(TEMPLATE_SHARES / (1 - TEMPLATE_SHARES)), angles))
         table = None
         if not (options.plug_in or _by_radius(reader)):
             # A table for a known modulus holds for these options alone.
-            known = arrays if sampler.modulus is None else None
+            known = arrays if reader.sampler.modulus is None else None
             table = CovarianceTable.from_arrays(known) if known else _covariance_table(reader)
-        live = cls(reader, table, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
+        return cls.with_templates(reader, table)
+
+    @classmethod
+    def with_templates(cls, reader: FingerTouchReader, covariance: CovarianceTable | None) -> FingerLive:
+        """Live reader with its templates."""
+        low, high = reader.sampler.priors.location.support
+        # As in `modes`, inside the prior: beyond it the density has no slope to follow.
+        angles = np.clip(np.arange(low, high + TEMPLATE_STEP, TEMPLATE_STEP), low + 1e-6, high - 1e-6)
+        w, angle = (each.ravel() for each in np.meshgrid(np.log(TEMPLATE_SHARES / (1 - TEMPLATE_SHARES)), angles))
+        live = cls(reader, covariance, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
         blank = live._blank.with_(readings=np.zeros(live.n_elements, dtype=np.float32))
         load = np.full(len(w), reader.typical_load)
         return replace(live, templates=blank.predicted(blank.radii(w), angle, load))
@@ -111,13 +118,13 @@ class FingerLive:
         )
         if context is not None:
             readings = (readings - context.shift[0]) / context.scale[0]
-        start, distant = self._start(readings, diagonal, load)
+        fits = self._fits(readings, diagonal, load)
         corrected = one
         if stream is not None and stream.corrects_load and load == load:
             # The mode for the load as read may be far from that for the true load, and so has another covariance.
-            corrected = stream.with_true_load(one, float(start[1]))
-            start, distant = self._start(readings, diagonal, corrected.load)
-        found = _climb(corrected, corrected.expansion(start), NEAR)
+            corrected = stream.with_true_load(one, float(self.places[fits.best, 1]))
+            fits = self._fits(readings, diagonal, corrected.load)
+        found = _climb(corrected, corrected.expansion(self._place(fits, fits.best)), NEAR)
         columns = None
         if self.covariance is not None:
             w, angle, pressed = found.x.tolist()
@@ -144,9 +151,14 @@ class FingerLive:
         if stream is not None:
             stream.keep(one, found)
         degrees = int(np.count_nonzero(counts)) + (load == load) - 3
-        off = (distant - readings) * (1.0 if context is None else context.scale[0]) @ one.whitener
-        flags = [ELSEWHERE] if -0.5 * float(off @ off) - found.log_likelihood > -AS_WELL else []
-        return self._alternatives.posterior(one, found, touch.samples, degrees, flags), found.x
+        far = self._distant(fits)
+        off = (fits.load[far] * self.templates[far] - readings) * (1.0 if context is None else context.scale[0])
+        off = off @ one.whitener
+        if -0.5 * float(off @ off) - found.log_likelihood > -AS_WELL:
+            return self._alternatives.posterior(one, found, touch.samples, degrees, [ELSEWHERE]), found.x
+        other = fits.other_place(self.places, len(TEMPLATE_SHARES), float(found.x[1]))
+        branch = None if other is None else self._branch(one, found, self._place(fits, other))
+        return self._alternatives.posterior(one, found, touch.samples, degrees, [], branch), found.x
 
     @cached_property
     def _blank(self) -> OneTouch:
@@ -180,21 +192,41 @@ class FingerLive:
         sampler = self.reader.sampler
         return replace(Alternatives.of(sampler.priors.radius), modulus=sampler.modulus)
 
-    def _start(self, readings: FloatArray, diagonal: FloatArray, load: float) -> tuple[FloatArray, FloatArray]:
-        """Start of the search (w, θ_c, P), and the readings (m,) of the template at a distant place that fits best."""
+    def _fits(self, readings: FloatArray, diagonal: FloatArray, load: float) -> Fits:
+        """How well each template fits the readings (m,), with the diagonal (m,) of their whitener."""
         typical = self.reader.typical_load
         low, high = self.reader.sampler.priors.load.support
         weight = diagonal * diagonal
-        cross = self.templates @ (weight * readings).astype(np.float32)
+        weighted = weight * readings
+        cross = self.templates @ weighted.astype(np.float32)
         power = self._squares @ weight.astype(np.float32)
         best = np.full(len(cross), load / typical) if load == load else cross / np.maximum(power, 1e-30)
         best = np.minimum(np.maximum(best, max(low / typical, 1e-3)), high / typical - 1e-6)
-        misfit = best * (power * best - 2 * cross)
-        k = int(misfit.argmin())
-        w, angle = self.places[k]
-        # There is one: locations reach 20 degrees beyond the elements on either side.
-        far = int(np.where(np.abs(self.places[:, 1] - angle) > APART, misfit, np.inf).argmin())
-        return np.array([w, angle, best[k] * typical]), best[far] * self.templates[far]
+        squares = float(weighted @ readings)
+        strongest = float(power.max()) * float(best[0]) ** 2 if load == load else 0.0
+        return Fits(best, best * (power * best - 2 * cross), UNEXPLAINED * max(squares, strongest) - squares)
+
+    def _place(self, fits: Fits, k: int) -> FloatArray:
+        """Place (w, θ_c, P) of a template."""
+        return np.array([*self.places[k], fits.load[k] * self.reader.typical_load])
+
+    def _distant(self, fits: Fits) -> int:
+        """Template at a distant place that fits best.
+
+        There is one: locations reach 20 degrees beyond the elements on either side.
+        """
+        off = np.abs(self.places[:, 1] - self.places[fits.best, 1])
+        return int(np.where(off > APART, fits.misfit, np.inf).argmin())
+
+    def _branch(self, one: OneTouch, found: Expansion, place: FloatArray) -> Branch:
+        """Where the posterior may continue near another place (w, θ_c, P), given the mode; as `elsewhere.branches`."""
+        there = _climb(one, one.expansion(place), SETTLED)
+        off = there.x - found.x
+        if off @ found.hessian @ off > SAME**2:
+            return Branch(there.x, there.covariance, alone=True)
+        covariance = np.zeros((3, 3))
+        covariance[0, 0] = found.covariance[0, 0]
+        return Branch(np.array([found.x[0], *place[1:]]), covariance, alone=False)
 
     @cached_property
     def _squares(self) -> NDArray[np.float32]:

@@ -34,6 +34,8 @@ WIDEST = 0.28
 # one sd adds some 3 % to the variance. The location then has so many even points on either side, in steps of so many
 # sd: their error falls exponentially with the step, and they reach nine sd.
 FAR_OUT, TAIL, WIDE, WIDE_STEP = 4.0, 5e-3, 12, 0.75
+# Two normal distributions are one hump if they are not farther apart than so many sd: three points integrate one hump.
+HUMPS = 2.0
 # Centre, and both neighbours in location (rad) and in load (in steps).
 _ANGLES, _LOADS = ANGLE_STEP * np.array([0.0, 1, -1, 0, 0]), np.array([0.0, 0, 0, 1, -1])
 
@@ -43,36 +45,39 @@ class Rule:
     """Points of an integral over location and load in standard coordinates, (n, 1), and their log weights.
 
     `log_weight` is the logarithm of the weight over the normal density exp(-z²/2), minus infinity for points that are
-    looked at only. `centre` is the index of the point (0, 0).
+    looked at only. `centre` is the index of the point (0, 0). `reach` is how far from it another hump is integrated.
     """
 
     z1: FloatArray
     z2: FloatArray
     log_weight: FloatArray
     centre: int
+    reach: float
 
     @classmethod
-    def of(cls, angle: FloatArray, log_weight: FloatArray) -> Rule:
+    def of(cls, angle: FloatArray, log_weight: FloatArray, reach: float) -> Rule:
         """From points of the location (a,) and their log weights; three Gauss-Hermite points of the load for each."""
         points, weights = np.polynomial.hermite_e.hermegauss(3)
         z1, z2 = (each.ravel()[:, None] for each in np.meshgrid(angle, points, indexing="ij"))
         total = (log_weight[:, None] + np.log(weights) + 0.5 * points**2).reshape(-1, 1)
-        return cls(z1, z2, total, int(np.argmin(z1**2 + z2**2)))
+        return cls(z1, z2, total, int(np.argmin(z1**2 + z2**2)), reach)
 
 
 def _near() -> Rule:
     """Three Gauss-Hermite points of the location; and two farther out, which show whether that is enough."""
     points, weights = np.polynomial.hermite_e.hermegauss(3)
-    rule = Rule.of(points, np.asarray(np.log(weights) + 0.5 * points**2, dtype=np.float64))
+    rule = Rule.of(points, np.asarray(np.log(weights) + 0.5 * points**2, dtype=np.float64), HUMPS)
     nothing = np.full((2, 1), -np.inf)
     z1 = np.concatenate([rule.z1, [[-FAR_OUT], [FAR_OUT]]])
     z2 = np.concatenate([rule.z2, np.zeros((2, 1))])
-    return Rule(z1, z2, np.concatenate([rule.log_weight, nothing]), rule.centre)
+    return Rule(z1, z2, np.concatenate([rule.log_weight, nothing]), rule.centre, HUMPS)
 
 
 NEAR_RULE = _near()
 WIDE_RULE = Rule.of(
-    np.linspace(-WIDE * WIDE_STEP, WIDE * WIDE_STEP, 2 * WIDE + 1), np.full(2 * WIDE + 1, float(np.log(WIDE_STEP)))
+    np.linspace(-WIDE * WIDE_STEP, WIDE * WIDE_STEP, 2 * WIDE + 1),
+    np.full(2 * WIDE + 1, float(np.log(WIDE_STEP))),
+    WIDE * WIDE_STEP,
 )
 
 
@@ -92,6 +97,8 @@ class Nodes:
         Mean location (rad) and load (N/m) for each indenter.
     covariance : (3, g) array
         Their covariance as 11, 12, 22.
+    mode, reach : (g,) arrays
+        Location (rad) that the integral is about, and how far from it another hump of the density is in the integral.
     """
 
     radius: FloatArray
@@ -99,12 +106,23 @@ class Nodes:
     log_rise: FloatArray
     mean: FloatArray
     covariance: FloatArray
+    mode: FloatArray
+    reach: FloatArray
 
 
-def nodes_of(touch: OneTouch, radius: FloatArray, log_prior: FloatArray, angle: FloatArray, load: FloatArray) -> Nodes:
+def nodes_of(
+    touch: OneTouch,
+    radius: FloatArray,
+    log_prior: FloatArray,
+    angle: FloatArray,
+    load: FloatArray,
+    *,
+    tails: bool = True,
+) -> Nodes:
     """Integrals over location and load for indenters R (g,), mm, with log prior masses (g,).
 
-    `angle` (rad) and `load` (N/m), (g,), are where the search for the modes starts.
+    `angle` (rad) and `load` (N/m), (g,), are where the search for the modes starts. Without `tails` three points of the
+    location are used, also where it has a long tail.
     """
     (angle, load), curvature = _conditional_modes(touch, radius, log_prior, angle, load)
     c11, c12, c22 = curvature
@@ -114,6 +132,8 @@ def nodes_of(touch: OneTouch, radius: FloatArray, log_prior: FloatArray, angle: 
     l11, l21, l22 = np.minimum(exact, WIDEST * (high - low)), -c12 / (determinant * exact), 1 / np.sqrt(c22)
     place, root = (radius, log_prior, angle, load), (l11, l21, l22)
     nodes, log = _integrated(touch, place, root, NEAR_RULE)
+    if not tails:
+        return nodes
     mass = np.exp(nodes.log_mass - nodes.log_mass.max())
     # A tail as high as the mode is enough to know; the mode of an improbable indenter may be where there is no density.
     tail = np.exp(np.minimum(log[-2:] - np.maximum(log[NEAR_RULE.centre], -1e300), 0.0)).sum(axis=0)
@@ -147,7 +167,8 @@ def _integrated(
     with np.errstate(divide="ignore"):
         log_evidence = np.log(total) + top
     rise = log_evidence - density[rule.centre] - np.log(2 * np.pi)
-    return Nodes(radius, log_prior + log_evidence + np.log(l11 * l22), rise, mean, covariance), density
+    log_mass = log_prior + log_evidence + np.log(l11 * l22)
+    return Nodes(radius, log_mass, rise, mean, covariance, angle, rule.reach * l11), density
 
 
 def _conditional_modes(

@@ -9,6 +9,7 @@ from scipy.special import chdtrc
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
+from bayestouch.finger.reading.live_elsewhere import ELSEWHERE, Branch, left_out
 from bayestouch.finger.reading.live_nodes import Nodes, nodes_of
 from bayestouch.finger.reading.modulus import SHARES, RadiusOverModulus
 from bayestouch.priors.parameters import Prior
@@ -70,7 +71,7 @@ class Grid:
         return Grid.between(mean - wider * AGAIN * sd, mean + wider * AGAIN * sd)
 
 
-def knots(found: Expansion) -> Grid:
+def knots(found: Expansion | Branch) -> Grid:
     """Knots about a mode, from its Laplace approximation."""
     w, spread = float(found.x[0]), float(np.sqrt(found.covariance[0, 0]))
     near = REACH * spread
@@ -110,7 +111,15 @@ class Alternatives:
         share = float(np.log(prior.share)) if has_density else None
         return cls(names, prior.radius_mm, np.log(prior.weights), share)
 
-    def posterior(self, one: OneTouch, found: Expansion, samples: int, degrees: int, flags: list[str]) -> LiveTouch:
+    def posterior(
+        self,
+        one: OneTouch,
+        found: Expansion,
+        samples: int,
+        degrees: int,
+        flags: list[str],
+        branch: Branch | None = None,
+    ) -> LiveTouch:
         """Posterior of a touch from the expansion at its mode.
 
         Parameters
@@ -123,6 +132,8 @@ class Alternatives:
             As in `LiveTouch`.
         degrees : int
             Number of readings (with the load) minus number of parameters.
+        branch : Branch, optional
+            Another place where the touch may be.
         """
         grid = knots(found) if self.log_share is not None else None
         nodes = self._nodes(one, found, grid)
@@ -133,6 +144,8 @@ class Alternatives:
             grid, nodes = moved, self._nodes(one, found, moved)
             if grid.moved(nodes.log_mass[k:]) is not None:
                 flags = [*flags, CUT]
+        if branch is not None and left_out(nodes, self._at_branch(one, branch, grid), k):
+            flags = [*flags, ELSEWHERE]
         mass = np.exp(nodes.log_mass - nodes.log_mass.max())
         mass /= mass.sum()
         radius, radius_variance = self._moments(nodes.radius)
@@ -177,7 +190,12 @@ class Alternatives:
         mean = radii @ SHARES
         return mean, (radii - mean[:, None]) ** 2 @ SHARES
 
-    def _nodes(self, one: OneTouch, found: Expansion, grid: Grid | None) -> Nodes:
+    def _at_branch(self, one: OneTouch, branch: Branch, grid: Grid | None) -> Nodes:
+        """Integrals at another place: about its own mode, or at the knots of the `grid` about the mode of the touch."""
+        own = grid is not None and branch.alone
+        return self._nodes(one, branch, knots(branch) if own else grid, tails=False)
+
+    def _nodes(self, one: OneTouch, found: Expansion | Branch, grid: Grid | None, *, tails: bool = True) -> Nodes:
         """Integrals at the tips, then at the knots."""
         w = self._tip_w(one)
         log_prior = self.log_weight
@@ -196,7 +214,7 @@ class Alternatives:
         low, high, least, most = one.ends
         angle = np.minimum(np.maximum(x[1] + lean[0] * off, low + 1e-9), high - 1e-9)
         load = np.minimum(np.maximum(x[2] + lean[1] * off, least + 1e-9), most - 1e-9)
-        return nodes_of(one, radius, log_prior, angle, load)
+        return nodes_of(one, radius, log_prior, angle, load, tails=tails)
 
     def _tip_w(self, one: OneTouch) -> FloatArray:
         """Coordinates of the tips, as those of a density, (k,)."""
