@@ -11,7 +11,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.alternatives import missed, propose_alternatives, propose_places, search_prior
-from bayestouch.finger.reading.elsewhere import branches, distant_places, fits_as_well
+from bayestouch.finger.reading.elsewhere import across_the_element, branches, distant_places, fits_as_well
 from bayestouch.finger.reading.modes import find_modes, hessian_at, matches, other_places, with_whitener
 from bayestouch.finger.reading.modulus import RadiusOverModulus
 from bayestouch.finger.reading.profile import profile_proposal
@@ -161,7 +161,7 @@ class FingerSampler:
             posterior = with_noise_of_signal(posterior, mode, self.noise, covariance)
             mode = find_modes(posterior, mode)
         matched = list(matches(posterior))
-        others = other_places(posterior, mode, matched)
+        others = across_the_element(posterior, mode, other_places(posterior, mode, matched))
         several = np.zeros(len(rows), dtype=bool)
         count = np.isfinite(others[:, :, 0]).sum(axis=1)
         for n in np.unique(count[count > 0]):

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.finger.reading.modes import Match, find_modes, hessian_at, moved_inside
+from bayestouch.finger.reading.modes import BESIDE, GRID_STEP, Match, find_modes, hessian_at, moved_inside
 from bayestouch.finger.reading.reader import FingerPosterior
 
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
 APART, AS_WELL = np.radians(6.0), 8.0
+# A mode so near to the middle of an element (rad) has the other side at the next template: half a step.
+AT_THE_MIDDLE = 0.5 * GRID_STEP
 
 
 def distant_places(posterior: FingerPosterior, mode: FloatArray, matched: Sequence[Match]) -> FloatArray:
@@ -40,6 +42,33 @@ def fits_as_well(posterior: FingerPosterior, mode: FloatArray, place: FloatArray
     miss = np.nan_to_num((x[..., 2] - posterior.touches.load[:, None]) / posterior.touches.load_sd[:, None])
     misfit += miss**2
     return np.asarray(misfit[:, 1] - misfit[:, 0] < 2 * AS_WELL)
+
+
+def across_the_element(posterior: FingerPosterior, mode: FloatArray, places: FloatArray) -> FloatArray:
+    """The `other_places` (t, k, 3) and the place across the element that is nearest to the mode, (t, k + 1, 3).
+
+    Sides of an element that are nearer to each other than two steps of the templates have one minimum of the misfit.
+    Where a touch has no other place, the place across is as far from the element as the mode (t, 3), half a step at
+    least; it counts if it fits about as well as the mode. Where the mode is at the middle of an element, the other
+    place is at one side for sharper indenters, and the place across is at the other side.
+    """
+    count = np.isfinite(places[..., 0]).sum(axis=1)
+    angle = mode[:, 1:2] - posterior.chain.angle
+    nearest = np.abs(angle).argmin(axis=1)
+    off, element = angle[np.arange(len(mode)), nearest], posterior.chain.angle[nearest]
+    out = np.concatenate([places, np.full((len(mode), 1, 3), np.nan)], axis=1)
+    alone = np.flatnonzero((count == 0) & (np.abs(off) < BESIDE))
+    if len(alone):
+        across = mode[alone]
+        across[:, 1] = element[alone] - np.copysign(np.maximum(np.abs(off[alone]), AT_THE_MIDDLE), off[alone])
+        across = moved_inside(posterior, across)
+        fits = fits_as_well(posterior.select(alone), mode[alone], across)
+        out[alone[fits], 0] = across[fits]
+    middle = np.flatnonzero((count > 0) & (np.abs(off) < AT_THE_MIDDLE))
+    across = places[middle, 0]
+    across[:, 1] = 2 * element[middle] - across[:, 1]
+    out[middle, count[middle]] = moved_inside(posterior, across)
+    return out
 
 
 def branches(posterior: FingerPosterior, mode: FloatArray, places: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
