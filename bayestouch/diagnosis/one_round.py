@@ -21,7 +21,7 @@ from bayestouch.diagnosis.place_or_time import Densities, Parts, PlaceOrTime, de
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.kinds import of_noise
-from bayestouch.model.candidates import Candidate, score_effects
+from bayestouch.model.candidates import Candidate, score_effects, score_in_form
 from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise_fit import with_noise
@@ -79,7 +79,7 @@ def one_round(
         tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
     tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
     tell(progress, CORRECTED, "looser forms")
-    tried = _with_looser(_best_first(tried), fitted, before, least, possible, scheduler)
+    tried = _in_best_form(_best_first(tried), fitted, effects, before, least, possible, scheduler)
     progress(1.0)
     whole = SearchRound(
         fitted,
@@ -138,33 +138,46 @@ def _best_first(tried: list[Tried]) -> list[Tried]:
     return sorted(tried, key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
 
 
-def _with_looser(
-    tried: list[Tried], fitted: Fitted, before: Parts, least: float, possible: float, scheduler: str | None
+def _in_best_form(
+    tried: list[Tried],
+    fitted: Fitted,
+    effects: tuple[Effect, ...],
+    before: Parts,
+    least: float,
+    possible: float,
+    scheduler: str | None,
 ) -> list[Tried]:
-    """The candidates; those that explain enough in their looser form where this is clearly better.
+    """The candidates; those that explain enough in their looser form where this is clearly better, else as given.
 
-    It is not tried where the candidate leaves no relevant misfit as it is.
+    The looser form is not wanted where the candidate leaves no relevant misfit as it is. A candidate that has begun in
+    its looser form is tried as given, too: values that the data hardly need make the posterior a long, curved ridge.
     """
-    refitted = [each for each in tried if each.fitted is not None and not each.effect.random]
-    plain = [each for each in refitted if each.gain > least and each.share >= SHARE]
-    forms = [(each, _in_looser_form(each, fitted.model.n_elements)) for each in plain if not is_small(each.fitted)]
+    given = {each.name: each for each in effects}
+    refitted = [each for each in tried if each.fitted is not None and not each.effect.random and each.noise is None]
+    enough = [each for each in refitted if each.gain > least and each.share >= SHARE]
+    forms = [(each, _in_other_form(each, fitted, given[each.effect.name])) for each in enough]
     pairs = [(each, candidate) for each, candidate in forms if candidate is not None]
     refits = refit_all(fitted, [candidate for _, candidate in pairs], before, least, scheduler)
-    better: dict[str, Tried] = {}
-    for (each, candidate), again in zip(pairs, refits, strict=True):
-        plain_gain, gain = each.difference, again.difference
-        if plain_gain is not None and gain is not None and is_clear(gain - plain_gain):
-            better[each.effect.name] = replace(again, share=_share(again, candidate, possible))
-    return _best_first([better.get(each.effect.name, each) for each in tried])
+    best: dict[str, Tried] = {}
+    for (each, candidate), other in zip(pairs, refits, strict=True):
+        other = replace(other, share=_share(other, candidate, possible))
+        as_given = each.effect == given[each.effect.name]
+        plain, looser = (each, other) if as_given else (other, each)
+        assert plain.difference is not None and looser.difference is not None
+        better = is_clear(looser.difference - plain.difference) and not is_small(plain.fitted)
+        best[each.effect.name] = looser if better else plain
+    return _best_first([best.get(each.effect.name, each) for each in tried])
 
 
-def _in_looser_form(tried: Tried, n_elements: int) -> Candidate | None:
-    """The candidate in its looser form, which begins where it is; None if there is no such form."""
-    effect = tried.effect.looser(n_elements)
-    if effect is None or effect == tried.effect or tried.noise is not None:
+def _in_other_form(tried: Tried, fitted: Fitted, given: Effect) -> Candidate | None:
+    """The candidate in its looser form, which begins where it is, or as given if it is in this form; None if not."""
+    if tried.effect != given:
+        return score_in_form(fitted, given)
+    looser = given.looser(fitted.model.n_elements)
+    if looser is None or looser == given or is_small(tried.fitted):
         return None
-    start = (*tried.start, *(0.0,) * (len(effect.parameters) - len(tried.start)))
-    return Candidate(effect, start, tried.z, 1, tried.gain, tried.seen)
+    start = (*tried.start, *(0.0,) * (len(looser.parameters) - len(tried.start)))
+    return Candidate(looser, start, tried.z, 1, tried.gain, tried.seen)
 
 
 def is_small(left: Fitted | None) -> bool:
