@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -155,26 +155,30 @@ def _in_best_form(
     given = {each.name: each for each in effects}
     refitted = [each for each in tried if each.fitted is not None and not each.effect.random and each.noise is None]
     enough = [each for each in refitted if each.gain > least and each.share >= SHARE]
-    forms = [(each, _in_other_form(each, fitted, given[each.effect.name])) for each in enough]
+    forms = [(each, _in_other_form(each, fitted, given)) for each in enough]
     pairs = [(each, candidate) for each, candidate in forms if candidate is not None]
     refits = refit_all(fitted, [candidate for _, candidate in pairs], before, least, scheduler)
     best: dict[str, Tried] = {}
     for (each, candidate), other in zip(pairs, refits, strict=True):
         other = replace(other, share=_share(other, candidate, possible))
-        as_given = each.effect == given[each.effect.name]
-        plain, looser = (each, other) if as_given else (other, each)
+        plain, looser = (other, each) if _is_looser(each, given) else (each, other)
         assert plain.difference is not None and looser.difference is not None
         better = is_clear(looser.difference - plain.difference) and not is_small(plain.fitted)
         best[each.effect.name] = looser if better else plain
     return _best_first([best.get(each.effect.name, each) for each in tried])
 
 
-def _in_other_form(tried: Tried, fitted: Fitted, given: Effect) -> Candidate | None:
-    """The candidate in its looser form, which begins where it is, or as given if it is in this form; None if not."""
-    if tried.effect != given:
-        return score_in_form(fitted, given)
-    looser = given.looser(fitted.model.n_elements)
-    if looser is None or looser == given or is_small(tried.fitted):
+def _is_looser(tried: Tried, given: Mapping[str, Effect]) -> bool:
+    """Whether a candidate has further parameters than the effect of this name that is given."""
+    return len(tried.effect.parameters) > len(given[tried.effect.name].parameters)
+
+
+def _in_other_form(tried: Tried, fitted: Fitted, given: Mapping[str, Effect]) -> Candidate | None:
+    """The candidate in its looser form, which begins where it is, or as given if it is looser; None without another."""
+    if _is_looser(tried, given):
+        return score_in_form(fitted, given[tried.effect.name])
+    looser = tried.effect.looser(fitted.model.n_elements)
+    if looser is None or looser == tried.effect or is_small(tried.fitted):
         return None
     start = (*tried.start, *(0.0,) * (len(looser.parameters) - len(tried.start)))
     return Candidate(looser, start, tried.z, 1, tried.gain, tried.seen)

@@ -36,6 +36,7 @@ def scored_round(
     correction: Any = None,
     progress: Any = None,
     in_looser_form: Any = None,
+    given: Any = None,
 ) -> tuple[SearchRound, dict[str, Any]]:
     """One round with these scores, and what each name becomes when it is refitted; 1000 readings, excess 40."""
     said: dict[str, Any] = {"progress": []}
@@ -62,8 +63,9 @@ def scored_round(
     monkeypatch.setattr(comparison, "held_out_density", lambda linear, folds: after)
     monkeypatch.setattr(one_round, "settled_noise", lambda fitted, noise: ("settled", noise))
     monkeypatch.setattr(one_round, "with_noise", lambda fitted, found: ("with", found))
-    known = Hum()
-    found = one_round.one_round(fitted, (known, Other(), effect("x")), progress or said["progress"].append)  # type: ignore[arg-type]
+    given = given or {each.effect.name: refitted.get(each.effect.name, each).effect for each in scored}
+    effects = (Hum(), Other(), *given.values())
+    found = one_round.one_round(fitted, effects, progress or said["progress"].append)  # type: ignore[arg-type]
     return found, said
 
 
@@ -169,6 +171,29 @@ def test_the_looser_form_is_taken_where_it_is_clearly_better(
     assert names == ["a"]
     first = next(each for each in found.tried if each.effect.name == "a")
     assert (first.gain, first.share) == ((95.0, 38 / 40) if taken else (90.0, 30 / 40))
+
+
+@pytest.mark.parametrize(("better", "left", "taken"), [(1.0, 49.9, True), (0.0, 90.0, True), (1.0, 50.0, False)])
+def test_what_begins_in_its_looser_form_stays_as_given_where_that_is_enough(
+    monkeypatch: pytest.MonkeyPatch, better: float, left: float, taken: bool
+) -> None:
+    """As given it is taken if it leaves no relevant misfit, or if the looser form is not clearly better."""
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
+    refitted = {"a": priced("a", 2.0, count=3, gain=95.0, of_means=38.0, difference=shape + better + shape * 0.1)}
+    as_given = priced("a", 9.0, gain=90.0, of_means=30.0, difference=shape)
+    as_given.fitted.excess = left  # type: ignore[union-attr]
+    begun: list[Any] = []
+    monkeypatch.setattr(one_round, "score_in_form", lambda fitted, effect: begun.append(effect) or candidate("a"))
+    found, _ = scored_round(
+        monkeypatch,
+        [candidate("a")],
+        refitted,
+        [],
+        in_looser_form=lambda candidate: as_given,
+        given={"a": as_given.effect},
+    )
+    assert begun == [as_given.effect]
+    assert [(each.gain, each.share) for each in found.tried] == [(90.0, 30 / 40) if taken else (95.0, 38 / 40)]
 
 
 def test_a_round_that_adds_an_effect_of_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:
