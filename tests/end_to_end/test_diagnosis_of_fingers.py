@@ -138,12 +138,17 @@ def test_practice_fingers_whose_effects_have_the_same_names(finger: str) -> None
 
 @pytest.mark.slow
 def test_practice_finger_whose_gain_expands() -> None:
-    """It is made in another functional form than the catalogue's."""
+    """It is made in another functional form than the catalogue's; two values follow it, and the draws mix."""
     folder, truth = practice("d")
     assert set(truth) == {"expansion"}
-    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False, draws=64)
+    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), draws=1000)
     assert diagnosis.effects == ("gain_nonlinearity",) and diagnosis.verdict == "explained"
     assert diagnosis.numbers["after"]["lack_of_fit"] < 1.1
+    found = diagnosis.numbers["effects"][0]["parameters"]
+    assert set(found) == {"gain_nonlinearity_share", "gain_nonlinearity_power"}
+    share = found["gain_nonlinearity_share"]
+    assert abs(share["mean"] - truth["expansion"]) < 3 * share["sd"]
+    assert diagnosis.calibration_after.statistics["ess_bulk"] >= 400
 
 
 @pytest.mark.slow
