@@ -121,7 +121,7 @@ def recovered(case: Case, seed: int) -> Recovered:
     setting = parted.setting("", base.model.reference_load)
     (effect,) = named_effects([case.name], setting)
     fitted, noise = _with_effect(base, effect, {})
-    of_noise = () if noise is None else ((noise.effect, noise.values, noise.sd),)
+    of_noise = tuple((each.effect, each.values, each.sd) for each in noise)
     fitted, spreads = settled_drifts(fitted)
     (added,) = added_effects(fitted, of_noise)
     sd = tuple(np.nan_to_num(spreads.get(case.name, added.sd)))

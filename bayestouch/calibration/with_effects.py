@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.effects import Effect, NoiseEffect, Values
+from bayestouch.effects import Effect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError, about, unknown_name
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
@@ -92,13 +92,14 @@ def fit_stated(
                 reason = f"effect {effect.name} goes with the place of the touch: the map of a pad has it already"
                 raise InputError(reason)
             require_starts(effect, start)
-    noise: list[tuple[NoiseEffect, Values, Values]] = []
+    noise: tuple[FoundNoise, ...] = ()
     for i, (effect, (_, start)) in enumerate(zip(effects, model.effects, strict=True)):
         advance((i + 1) / (len(effects) + 2))
         fitted, found = _with_effect(fitted, effect, start)
-        noise += [] if found is None else [(found.effect, found.values, found.sd)]
+        noise = found or noise
     fitted, spreads = settled_drifts(fitted)
-    added = [replace(each, sd=spreads.get(each.effect.name, each.sd)) for each in added_effects(fitted, tuple(noise))]
+    of_noise = tuple((each.effect, each.values, each.sd) for each in noise)
+    added = [replace(each, sd=spreads.get(each.effect.name, each.sd)) for each in added_effects(fitted, of_noise)]
     order = [effect.name for effect in effects]
     added.sort(key=lambda each: order.index(each.effect.name))
     correction = None
@@ -133,7 +134,7 @@ def require_starts(effect: Effect, start: Mapping[str, float]) -> None:
             raise InputError(reason, column="effect.start")
 
 
-def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
+def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, tuple[FoundNoise, ...]]:
     """The model fitted with one more effect, from stated starting values if there are any."""
     effect = effect.as_stated(start)
     new = fit_with(effect, fitted, partial(_start, fitted, effect, start))

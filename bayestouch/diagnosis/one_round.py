@@ -24,9 +24,8 @@ from bayestouch.effects.kinds import of_noise
 from bayestouch.model.candidates import Candidate, score_effects, score_in_form
 from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.noise_fit import with_noise
-from bayestouch.model.noise_posterior import settled_noise
 from bayestouch.model.noise_search import score_noise
+from bayestouch.model.noise_together import join_noise
 from bayestouch.model.significance import at_least_one
 from bayestouch.output.progress import Progress, tell
 
@@ -105,8 +104,8 @@ def one_round(
     if added is not None:
         added = replace(added, indistinguishable=indistinguishable_from(added, tried))
         if added.noise is not None:
-            found = settled_noise(fitted, added.noise)
-            added = replace(added, found_noise=found, fitted=with_noise(fitted, found))
+            joined, found = join_noise(fitted, added.noise)
+            added = replace(added, found_noise=found, fitted=joined)
         # Fits need much memory: keep only those that the advice on further measurements compares.
         kept = {added.effect.name, *added.indistinguishable, *(one.drift for one in faced if one.undecided)}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]

@@ -55,8 +55,8 @@ class Tried:
         tried; NaN where chance does not explain the score.
     noise : NoiseCandidate or None
         Candidate of the noise, if the effect is one of the noise.
-    found_noise : FoundNoise or None
-        Posterior of the effect of the noise, if it was added.
+    found_noise : tuple of FoundNoise
+        Posteriors of all effects of the noise in the model, if it is one and was added; else empty.
     indistinguishable : tuple of str
         Other candidates that are indistinguishable from it.
     """
@@ -74,7 +74,7 @@ class Tried:
     fitted: Fitted | None = None
     difference: FloatArray | None = None
     noise: NoiseCandidate | None = None
-    found_noise: FoundNoise | None = None
+    found_noise: tuple[FoundNoise, ...] = ()
     indistinguishable: tuple[str, ...] = ()
     held_out: Densities | None = None
     predicts: bool = True

@@ -118,8 +118,8 @@ class NoiseEffect(Effect):
         ----------
         deviation : (n, m) array
             Reading minus median of its touch; NaN where the touch has too few readings.
-        sd : (m,) array
-            Standard deviation of a reading that is not wrong.
+        sd : (m,) or (n, m) array
+            Standard deviation of a reading that is not wrong, of each element or of each reading.
         peak : (m,) array
             Peak reading, in the unit of `deviation`.
         values : tuple of float

@@ -132,9 +132,13 @@ def free_load(whitening: Whitening, of_load: FloatArray, measured: BoolArray) ->
 def without_wrong_readings(fitted: Fitted, observed: Observations) -> Observations:
     """Touches without the readings that are wrong with more than 50 % probability, by the model's noise effects."""
     noise = fitted.noise
-    changing = fitted.model.observing(observed).predict(fitted.vector).samples if noise.effects else None
+    if not noise.effects:
+        return observed
+    predicted, sd = fitted.model.observing(observed).predict(fitted.vector), noise.sd
+    if noise.added.adds:
+        sd = np.sqrt(noise.variance(predicted.touches, 1))[observed.row_touch]
     for effect, values in noise.effects:
-        wrong = effect.wrong(from_prediction(observed.table, changing), noise.sd, noise.peak, values)
+        wrong = effect.wrong(from_prediction(observed.table, predicted.samples), sd, noise.peak, values)
         observed = observed if wrong is None else observed.without(wrong)
     return observed
 

@@ -11,9 +11,9 @@ from bayestouch.errors import InputError
 from bayestouch.model.base import without_effects
 from bayestouch.model.candidates import refine_drift
 from bayestouch.model.fitting import SETTLED, Fitted, fit, fit_from_both
-from bayestouch.model.noise_fit import with_noise
-from bayestouch.model.noise_posterior import FoundNoise, settled_noise
+from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.noise_search import score_noise
+from bayestouch.model.noise_together import join_noise
 from bayestouch.model.whitening import Whitening
 
 
@@ -27,13 +27,13 @@ class Joined:
         The model.
     values : tuple of float
         Values of the effect.
-    noise : FoundNoise or None
-        Posterior of a noise effect; None for other effects.
+    noise : tuple of FoundNoise
+        Posteriors of all noise effects of the model, if one was added: they change together. Empty for other effects.
     """
 
     fitted: Fitted
     values: Values
-    noise: FoundNoise | None = None
+    noise: tuple[FoundNoise, ...] = ()
 
 
 @singledispatch
@@ -95,8 +95,9 @@ def _(
     scored = score_noise(fitted, (effect,))
     if not scored:
         raise InputError(f"{effect.name} can be observed only in repeats that differ, and there are none")
-    found = settled_noise(fitted, scored[0])
-    return Joined(with_noise(fitted, found), found.values, found)
+    new, found = join_noise(fitted, scored[0])
+    (values,) = (each.values for each in found if each.effect.name == effect.name)
+    return Joined(new, values, found)
 
 
 @singledispatch

@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
-from bayestouch.model.noise_posterior import FoundNoise
+from bayestouch.model.noise_posterior import FoundNoise, variance_of_others
 from bayestouch.model.outliers import from_prediction
 from bayestouch.model.peaks import settled
 from bayestouch.model.whitening import Whitening
@@ -24,11 +24,16 @@ def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     effect, values = found.effect, found.values
     noise = noise.with_(effects=(*noise.effects, (effect, values)))
     changing = model.predict(vector).samples
-    wrong = effect.wrong(from_prediction(model.known.table, changing), found.own_sd, noise.peak, values)
+    own_sd = found.own_sd
+    if noise.added.adds:
+        # A large deviation where other effects make the noise large is no wrong reading.
+        own_sd = np.sqrt(own_sd**2 + variance_of_others(fitted))[model.known.row_touch]
+    wrong = effect.wrong(from_prediction(model.known.table, changing), own_sd, noise.peak, values)
     if wrong is not None:
         cleaned = model.known.without(wrong)
         model = model.with_readings(cleaned)
-        sd = np.sqrt(cleaned.means.pure_error_variance)
+        # The scatter that is left is the own noise, unless other effects have a part in it.
+        sd = found.own_sd if noise.added.adds else np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
         again = fit(model, vector, noise, fitted.drifts)
         # What effects explain of the scatter within touches is no noise.

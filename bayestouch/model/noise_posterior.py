@@ -17,9 +17,10 @@ from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Outliers
 from bayestouch.model.base import deviation_left
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.noise import AddedNoise, NoiseModel
 from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.model.outlier_likelihood import OutlierLikelihood
-from bayestouch.model.whitening import spread_of_samples
+from bayestouch.model.whitening import Whitening, spread_of_samples
 
 # Range of the own variance of an element over the variance of all its noise.
 OWN = (0.003, 3.0)
@@ -62,11 +63,16 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
     found : NoiseCandidate
         The effect, with values to start from.
     """
-    scatter = TouchScatter.of(fitted)
+    effect, others = found.effect, fitted.noise.added.adds
+    scatter = TouchScatter.of(_as_read(fitted) if others and isinstance(effect, Outliers) else fitted)
     assert scatter is not None, "a candidate was found in repeats"
-    effect, scale = found.effect, scatter.sd * fitted.model.peak
-    beside = fitted.noise.added.adds and bool(effect.added(found.values))
-    terms = terms_beside_others(fitted, effect, scale) if beside else terms_of(scatter, effect)
+    scale = scatter.sd * fitted.model.peak
+    if others and isinstance(effect, Outliers):
+        terms: Terms = OutlierLikelihood.of(scatter, variance_of_others(fitted) / scale**2)
+    elif others and effect.added(found.values):
+        terms = terms_beside_others(fitted, effect, scale)
+    else:
+        terms = terms_of(scatter, effect)
     values, sd, own = noise_posterior(terms, effect, found.values, effect.own(scatter, found.values))
     return FoundNoise(effect, values, sd, np.sqrt(own) * scale)
 
@@ -80,6 +86,28 @@ def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
     if isinstance(effect, Outliers):
         return OutlierLikelihood.of(scatter)
     return lambda values, own: scatter.weight @ effect.terms(scatter, values, own)
+
+
+def _as_read(fitted: Fitted) -> Fitted:
+    """The same fit, whose samples are whitened by each element's own noise alone.
+
+    An error of an outlier is a share of the peak. In samples that are whitened by a noise that grows with the signal,
+    it would be smaller where the signal is large.
+    """
+    return rewhitened(fitted, fitted.noise.with_(added=AddedNoise()))
+
+
+def rewhitened(fitted: Fitted, noise: NoiseModel) -> Fitted:
+    """The same parameters with another noise, which the samples and means are whitened by; `linear` is as before."""
+    model, vector = fitted.model, fitted.vector
+    whitening = Whitening.of(model.known, noise, model.predict(vector).touches, model.by_load(vector))
+    return replace(fitted, noise=noise, whitening=whitening)
+
+
+def variance_of_others(fitted: Fitted) -> FloatArray:
+    """Variance of one reading by the noise effects of a model, without each element's own noise, (t, m)."""
+    signal, noise = fitted.model.predict(fitted.vector).touches, fitted.noise
+    return noise.with_(sd=np.zeros(len(noise.sd))).variance(signal, 1)
 
 
 def terms_beside_others(fitted: Fitted, effect: NoiseEffect, scale: FloatArray) -> Terms:

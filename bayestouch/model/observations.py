@@ -43,6 +43,8 @@ class Observations:
         The rows in contact.
     sessions : tuple of (float, float)
         First and last time of each session; drifts are independent between sessions. Empty for one session.
+    as_read : Touches or None
+        The rows in contact with all their readings, if wrong ones were removed from `table`; else None.
     """
 
     means: TouchMeans
@@ -56,6 +58,7 @@ class Observations:
     span: tuple[float, float]
     table: Touches
     sessions: tuple[tuple[float, float], ...] = ()
+    as_read: Touches | None = None
 
     @property
     def n_touches(self) -> int:
@@ -106,7 +109,14 @@ class Observations:
 
     def without(self, wrong: NDArray[np.bool_]) -> Observations:
         """The observations without the readings marked in `wrong` (n, m)."""
-        table = self.table.with_(readings=np.where(wrong, np.nan, self.table.readings))
+        kept = self._with_table(self.table.with_(readings=np.where(wrong, np.nan, self.table.readings)))
+        return replace(kept, as_read=self.table if self.as_read is None else self.as_read)
+
+    def with_all_readings(self) -> Observations:
+        """The observations with the readings that were removed as wrong."""
+        return self if self.as_read is None else self._with_table(self.as_read)
+
+    def _with_table(self, table: Touches) -> Observations:
         return Observations.of(table, self.time_s, self.held_s, self.unit, self.history, self.span, self.sessions)
 
     @classmethod

@@ -69,6 +69,8 @@ class OutlierLikelihood:
         Index of the first pair of each group, and the distance of its nodes.
     sd : (m,) array
         Sd of all noise over the peak.
+    others : (g,) array
+        Variance of a right reading of each group by other noise effects, in units of the variance of all noise.
     """
 
     deviation: FloatArray
@@ -80,10 +82,15 @@ class OutlierLikelihood:
     first: IntArray
     step: FloatArray
     sd: FloatArray
+    others: FloatArray
 
     @classmethod
-    def of(cls, scatter: TouchScatter) -> OutlierLikelihood:
-        """Likelihood for the scatter of a fitted model."""
+    def of(cls, scatter: TouchScatter, others: FloatArray | None = None) -> OutlierLikelihood:
+        """Likelihood for the scatter of a fitted model.
+
+        `others` (t, m) is the variance of one reading by other noise effects, in units of the variance of all noise; by
+        default there are none. The signal, and thus this variance, is the same for all samples of a touch.
+        """
         deviation, element, touch = _grouped(scatter)
         count = _count(deviation)
         about = np.abs(deviation - np.nanmedian(deviation, axis=1, keepdims=True))
@@ -93,25 +100,39 @@ class OutlierLikelihood:
             rows = element == e
             wider = np.sqrt(1 - 1 / count[rows].mean())
             usual[e] = max(FROM_MEDIAN * float(np.nanmedian(about[rows])) / wider, LEAST)
-        return cls.about(deviation, element, touch, usual, scatter.sd)
+        if others is None:
+            return cls.about(deviation, element, touch, usual, scatter.sd)
+        of_groups = others[touch, element]
+        for e in np.unique(element):
+            usual[e] = np.sqrt(max(usual[e] ** 2 - float(np.median(of_groups[element == e])), LEAST**2))
+        return cls.about(deviation, element, touch, usual, scatter.sd, of_groups)
 
     @classmethod
     def about(
-        cls, deviation: FloatArray, element: IntArray, touch: IntArray, usual: FloatArray, sd: FloatArray
+        cls,
+        deviation: FloatArray,
+        element: IntArray,
+        touch: IntArray,
+        usual: FloatArray,
+        sd: FloatArray,
+        others: FloatArray | None = None,
     ) -> OutlierLikelihood:
-        """Likelihood of groups of samples; `usual` (m,) is about the sd of a right reading, in the unit of `deviation`.
+        """Likelihood of groups of samples.
 
-        Other parameters are as the attributes.
+        `usual` (m,) is about the sd of a right reading without other noise effects, in the unit of `deviation`. Other
+        parameters are as the attributes; by default there is no noise of other effects.
         """
-        low = np.nanmin(deviation, axis=1) - BEYOND * usual[element]
-        high = np.nanmax(deviation, axis=1) + BEYOND * usual[element]
-        step = usual[element] / np.sqrt(_count(deviation))
+        others = np.zeros(len(deviation)) if others is None else others
+        width = np.hypot(usual[element], np.sqrt(others))
+        low = np.nanmin(deviation, axis=1) - BEYOND * width
+        high = np.nanmax(deviation, axis=1) + BEYOND * width
+        step = width / np.sqrt(_count(deviation))
         nodes = np.ceil((high - low) / step).astype(np.int64) + 1
         first = np.cumsum(nodes) - nodes
         group = np.repeat(np.arange(len(nodes)), nodes)
         place = low[group] + step[group] * (np.arange(len(group)) - first[group])
         square = (deviation[group] - place[:, None]) ** 2
-        return cls(deviation, square, place, element, touch, group, first, step, sd)
+        return cls(deviation, square, place, element, touch, group, first, step, sd, others)
 
     @property
     def count(self) -> FloatArray:
@@ -126,7 +147,7 @@ class OutlierLikelihood:
         values : (float, float)
             Share of wrong readings, and the sd of their errors over the peak.
         own : (m,) array
-            Variance of the usual noise over that of all noise.
+            Variance of the usual noise, without `others`, over that of all noise.
         """
         total = self._integrated(self._log_density(values, own, self.square, self.group))[0]
         return np.asarray(np.bincount(self.element, total, minlength=len(self.sd)), dtype=np.float64)
@@ -155,7 +176,7 @@ class OutlierLikelihood:
         sd = np.sqrt(spread)
         # The nodes of the samples resolve a wide expectation; it has further nodes beyond them. A narrow one has only
         # nodes of its own.
-        usual = own[self.element] / count
+        usual = (own[self.element] + self.others) / count
         narrow = spread <= usual
         nodes = expected[:, None] + sd[:, None] * ABOUT
         groups = np.repeat(np.arange(len(nodes)), len(ABOUT))
@@ -215,8 +236,8 @@ class OutlierLikelihood:
         """Log density (p,) of the samples of groups (p,) with squared distances (p, k) from a true mean."""
         probability, size = values
         element = self.element[group]
-        wide = own + (size / self.sd) ** 2
-        narrow_sd, wide_sd = np.sqrt(own)[element, None], np.sqrt(wide)[element, None]
+        narrow = own[element] + self.others[group]
+        narrow_sd, wide_sd = np.sqrt(narrow)[:, None], np.sqrt(narrow + ((size / self.sd) ** 2)[element])[:, None]
         # The bound avoids underflow of exp; a reading with such a deviation is wrong for all values.
         usual = (1 - probability) / narrow_sd * np.exp(-np.minimum(0.5 * square / narrow_sd**2, 700.0))
         wrong = probability / wide_sd * np.exp(-np.minimum(0.5 * square / wide_sd**2, 700.0))

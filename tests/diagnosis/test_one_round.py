@@ -61,8 +61,7 @@ def scored_round(
     monkeypatch.setattr(one_round, "fit_correction", lambda fitted: correction)
     after = np.outer([30.0, 31, 32], [0.5, 0.5, 9])
     monkeypatch.setattr(comparison, "held_out_density", lambda linear, folds: after)
-    monkeypatch.setattr(one_round, "settled_noise", lambda fitted, noise: ("settled", noise))
-    monkeypatch.setattr(one_round, "with_noise", lambda fitted, found: ("with", found))
+    monkeypatch.setattr(one_round, "join_noise", lambda fitted, noise: (("with", noise), ("found",)))
     given = given or {each.effect.name: refitted.get(each.effect.name, each).effect for each in scored}
     effects = (Hum(), Other(), *given.values())
     found = one_round.one_round(fitted, effects, progress or said["progress"].append)  # type: ignore[arg-type]
@@ -202,7 +201,8 @@ def test_a_round_that_adds_an_effect_of_the_noise(monkeypatch: pytest.MonkeyPatc
     real = {"a": priced("a", 1.0, gain=90.0, of_means=80.0, difference=np.arange(3.0))}
     found, said = scored_round(monkeypatch, [candidate("a")], real, [hum])
     added = found.added
-    assert added is not None and added.noise is hum and added.fitted == ("with", ("settled", hum))
+    assert added is not None and added.noise is hum and added.fitted == ("with", hum)
+    assert added.found_noise == ("found",)
     assert (added.gain, added.seen, added.share, added.of_means, added.by_itself) == (93.0, 1.0, 1.0, 0.0, True)
     assert added.gain_se == pytest.approx(np.sqrt(3)) and added.start == (2.0,) and said["progress"][-3] == 0.8
     assert np.isnan(added.scored_gain)

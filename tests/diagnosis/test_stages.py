@@ -30,7 +30,7 @@ def test_effects_in_the_order_in_which_they_were_added() -> None:
     names = (drift, effect("dropped"), first, None)
     rounds = tuple(
         SimpleNamespace(
-            before=None, added=None if each is None else SimpleNamespace(effect=each, noise=None, found_noise=None)
+            before=None, added=None if each is None else SimpleNamespace(effect=each, noise=None, found_noise=())
         )
         for each in names
     )

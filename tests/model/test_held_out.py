@@ -13,6 +13,7 @@ from bayestouch.finger.touch_errors import errors_by_touch
 from bayestouch.model import held_out as module
 from bayestouch.model.held_out import HeldOut, design_of, free_load, rms_percent
 from bayestouch.model.linear import Linearised
+from bayestouch.model.noise import AddedNoise, NoiseModel
 from bayestouch.model.touch_errors import summarised
 
 NAN = np.nan
@@ -128,13 +129,19 @@ def test_touches_without_wrong_readings(monkeypatch: pytest.MonkeyPatch) -> None
     outliers = SimpleNamespace(wrong=lambda *given: seen.append(given) or "wrong")
     other = SimpleNamespace(wrong=lambda *given: None)
     observed: Any = SimpleNamespace(table="table", without=lambda wrong: f"without {wrong}")
-    noise = SimpleNamespace(sd="sd", peak="peak", effects=((other, (1.0,)), (outliers, (0.1, 0.2))))
-    there = SimpleNamespace(predict=lambda vector: SimpleNamespace(samples=vector))
+    effects = ((other, (1.0,)), (outliers, (0.1, 0.2)))
+    noise = SimpleNamespace(sd="sd", peak="peak", effects=effects, added=AddedNoise())
+    there = SimpleNamespace(predict=lambda vector: SimpleNamespace(samples=vector, touches=np.array([[0.0], [50.0]])))
     model = SimpleNamespace(observing=lambda rows: there if rows is observed else None)
     fitted: Any = SimpleNamespace(noise=noise, model=model, vector="samples")
     assert module.without_wrong_readings(fitted, observed) == "without wrong"  # type: ignore[comparison-overlap]
     assert seen == [("from table and samples", "sd", "peak", (0.1, 0.2))]
-    noise.effects = noise.effects[:1]
+    # Beside noise that grows with the signal, each sample has the sd of its touch: 4, and √(4² + (0.06 · 50)²) = 5.
+    observed.row_touch = np.array([0, 1, 1])
+    fitted.noise = NoiseModel(np.array([4.0]), np.ones(2), np.array([100.0]), AddedNoise(share=0.06), effects=effects)
+    module.without_wrong_readings(fitted, observed)
+    np.testing.assert_allclose(seen[1][1], [[4.0], [5.0], [5.0]])
+    fitted.noise = NoiseModel(np.array([4.0]), np.ones(2), np.array([100.0]), effects=effects[:1])
     assert module.without_wrong_readings(fitted, observed) is observed
 
 

@@ -49,7 +49,7 @@ def test_each_kind_of_effect_is_joined_in_its_own_way(monkeypatch: pytest.Monkey
     monkeypatch.setattr(joining, "fit_from_both", lambda *of, **how: asked.update(of=of, **how) or one)
     monkeypatch.setattr(joining, "fit", lambda *of, **how: asked.update(of=of, **how) or one)
     found = fit_with(effect("b", 1), whole, lambda: (3.0,), whitening="kept", enough=0.7)  # type: ignore[arg-type]
-    assert found.fitted is one and found.values == (7.0,) and found.noise is None
+    assert found.fitted is one and found.values == (7.0,) and found.noise == ()
     fitted_model, start, *rest = asked["of"]
     assert [getattr(each, "name", each) for each in fitted_model.effects] == ["a", "b"] and start == ("v", (3.0,))
     assert (rest, asked["whitening"], asked["enough"]) == (["n", (drift,)], "kept", 0.7)
@@ -63,12 +63,12 @@ def test_each_kind_of_effect_is_joined_in_its_own_way(monkeypatch: pytest.Monkey
     class Hum(NoiseEffect):
         name = "hum"
 
-    settled = SimpleNamespace(values=(4.0,))
+    hiss = SimpleNamespace(effect=SimpleNamespace(name="hiss"), values=(9.0,))
+    hum = SimpleNamespace(effect=Hum(), values=(4.0,))
     monkeypatch.setattr(joining, "score_noise", lambda fitted, effects: ["scored"])
-    monkeypatch.setattr(joining, "settled_noise", lambda fitted, scored: settled)
-    monkeypatch.setattr(joining, "with_noise", lambda fitted, found: ("with", found))
+    monkeypatch.setattr(joining, "join_noise", lambda fitted, scored: (("with", scored), (hiss, hum)))
     found = fit_with(Hum(), whole, pytest.fail)
-    assert (found.fitted, found.values, found.noise) == (("with", settled), (4.0,), settled)
+    assert (found.fitted, found.values, found.noise) == (("with", "scored"), (4.0,), (hiss, hum))
     monkeypatch.setattr(joining, "score_noise", lambda fitted, effects: [])
     with pytest.raises(InputError, match="hum can be observed only in repeats"):
         fit_with(Hum(), whole, pytest.fail)

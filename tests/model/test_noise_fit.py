@@ -67,6 +67,24 @@ def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     assert deviation == "from table" and values == (0.01, 0.06) and peak is PEAK and own is OWN
 
 
+def test_a_large_deviation_is_not_wrong_where_the_noise_is_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each sample has the sd of its touch: own noise, and what grows with the signal. Own noise is that of the fit."""
+    signal = np.array([[0.0, 20.0], [100.0, 40.0]])
+    cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([9.0, 9.0])))
+    known = SimpleNamespace(table=None, without=lambda wrong: cleaned, row_touch=np.array([0, 1, 1]))
+    predicted = SimpleNamespace(samples=None, touches=signal)
+    model = SimpleNamespace(known=known, with_readings=lambda observed: "cleaned", predict=lambda vector: predicted)
+    given = fitted(model)
+    given.noise = given.noise.with_(added=AddedNoise(share=0.006))
+    seen: list[Any] = []
+    monkeypatch.setattr(Outliers, "wrong", lambda self, *given: seen.append(given) or "wrong")
+    noise = noise_fit.with_noise(given, found(Outliers(), (0.01, 0.06))).noise
+    # Sds of the touches: 0.8 and √(0.3² + 0.12²), then √(0.8² + 0.6²) = 1 and √(0.3² + 0.24²).
+    first, second = [0.8, np.hypot(0.3, 0.12)], [1.0, np.hypot(0.3, 0.24)]
+    np.testing.assert_allclose(seen[0][1], [first, second, second])
+    np.testing.assert_array_equal(noise.sd, OWN)
+
+
 def test_scatter_that_effects_explain_is_no_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     """With an effect within touches, the noise is estimated again from what it leaves."""
     cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([0.09, 0.09])))

@@ -85,6 +85,18 @@ def test_without_wrong_readings() -> None:
     np.testing.assert_array_equal(found.time_s, [1.0, 2.0, 9.0])
 
 
+def test_readings_that_were_removed_come_back() -> None:
+    """Also where others were removed after them."""
+    whole = observed()
+    first = np.array([[False, False], [True, False], [False, False]])
+    second = np.array([[False, False], [False, False], [False, True]])
+    back = whole.without(first).without(second).with_all_readings()
+    np.testing.assert_array_equal(back.table.readings, whole.table.readings)
+    np.testing.assert_array_equal(back.means.readings, whole.means.readings)
+    np.testing.assert_array_equal(back.deviation, whole.deviation)
+    assert back.as_read is None and whole.with_all_readings() is whole
+
+
 def test_history() -> None:
     """Mean reading of each touch in the order of time, which here is the other way round; rest left out."""
     found = history_of(table(), np.array([20.0, 21.0, 23.0, 9.0]))

@@ -41,6 +41,18 @@ def test_mean_of_a_touch_is_integrated_out(probability: float) -> None:
     assert found == pytest.approx(np.array([np.log(wanted)]), abs=1e-4)
 
 
+@pytest.mark.parametrize("others", [0.3, 6.0])
+def test_noise_of_other_effects_is_noise_of_right_and_of_wrong_readings(others: float) -> None:
+    """Variance of five samples: 0.8 and that of other effects; of a wrong one (1/0.5)² = 4 more."""
+    z = [-1.2, 0.3, 0.1, 0.9, -0.4]
+    wanted = 0.0
+    for wrong in product((False, True), repeat=5):
+        share = np.where(wrong, 0.1, 0.9).prod()
+        wanted += float(share) * integral(np.array(z), np.where(wrong, 4.8, 0.8) + others)
+    found = OutlierLikelihood.of(scatter(z), np.array([[others]]))((0.1, 1.0), np.array([0.8]))
+    assert found == pytest.approx(np.array([np.log(wanted)]), abs=1e-4)
+
+
 def test_true_mean_of_a_touch_is_that_of_all_ways_to_be_wrong() -> None:
     """One of five readings is off by so little that it may be usual: moments of the mixture of all 32 ways."""
     z, probability = np.array([-3.0, 0.2, 0.4, -0.5, 0.9]), 0.2
