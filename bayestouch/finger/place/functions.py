@@ -79,7 +79,7 @@ def fourier(angle: FloatArray, n_modes: int) -> FloatArray:
     return values
 
 
-def turned(weights: FloatArray, angle: FloatArray) -> FloatArray:
+def turned_back(weights: FloatArray, angle: FloatArray) -> FloatArray:
     """Weights (m, 2 n + 1) of functions of ``x - angle`` as weights of functions of x, in the order of `fourier`.
 
     `angle` (m,) is in rad.
@@ -135,7 +135,7 @@ class PlaceFunctions:
         if self.own is None:
             return np.zeros((len(load), chain.n_elements))
         felt = fourier(angle, self.own.n_modes) * self._felt(self.own, chain, radius_mm, load)
-        return np.asarray(felt @ turned(weights, chain.angle).T * (load[:, None] * np.abs(chain.response)))
+        return np.asarray(felt @ turned_back(weights, chain.angle).T * (load[:, None] * np.abs(chain.response)))
 
     def _felt(self, own: Process, chain: FingerChain, radius_mm: FloatArray, load: FloatArray) -> FloatArray:
         """Standard deviation of each own weight as a touch of this radius and load feels it, (t, k)."""

@@ -14,7 +14,7 @@ from bayestouch.finger.place.functions import (
     fourier,
     process_modes,
     spectrum,
-    turned,
+    turned_back,
 )
 
 CHAIN = true_chain()
@@ -63,7 +63,7 @@ def test_powers_are_cosines_and_sines() -> None:
 
 def test_weights_are_turned_to_the_angle_of_each_element() -> None:
     weights, own, angle = RNG.standard_normal((3, 13)), RNG.uniform(-1, 1, 3), RNG.uniform(-1, 1, 8)
-    found = fourier(angle, 6) @ turned(weights, own).T
+    found = fourier(angle, 6) @ turned_back(weights, own).T
     for e in range(3):
         away = angle - own[e]
         wanted = weights[e, 0] + sum(
