@@ -8,6 +8,7 @@ fault of another.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import combinations
 from typing import Protocol
 
@@ -225,12 +226,15 @@ def _silent(fitted: FittedTouches, out: BoolArray, misfit: SensorMisfit) -> int 
     columns, tests = fitted.columns, tested(misfit)
     maybe = np.flatnonzero(may_be_silent(columns, misfit) & ~out[:-1])
     only = np.eye(len(out), dtype=bool)
+    # Both take fits, which are the same for all elements: they are made for the first silent one that needs them.
+    worst = cache(lambda: _worst(fitted, out, tests))
+    without_worst = cache(lambda: _root_mean_squares(fitted(out | only[worst()])))
     for column in maybe[np.argsort(-tests.drop[maybe], kind="stable")][:MOST_TRIED]:
         without = fitted(out | only[column])
-        if silent_at(columns[:, column], without, column)[0].any():
-            worst = _worst(fitted, out, tests)
-            if worst == column or _root_mean_squares(without) < _root_mean_squares(fitted(out | only[worst])):
-                return int(column)
+        if silent_at(columns[:, column], without, column)[0].any() and (
+            worst() == column or _root_mean_squares(without) < without_worst()
+        ):
+            return int(column)
     return None
 
 
