@@ -254,6 +254,8 @@ if __name__ == "__main__":
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
     options = parser.parse_args()
+    if options.docs and options.results is None:
+        parser.error("--docs needs --results, the file that a run with --results wrote")
     if options.docs:
         put_into_page("faulty_sensors.py", as_markdown(summarised(json.loads(options.results.read_text()))))
     else:

@@ -98,8 +98,7 @@ def fit_stated(
         fitted, found = _with_effect(fitted, effect, start)
         noise = found or noise
     fitted, spreads = settled_drifts(fitted)
-    of_noise = tuple((each.effect, each.values, each.sd) for each in noise)
-    added = [replace(each, sd=spreads.get(each.effect.name, each.sd)) for each in added_effects(fitted, of_noise)]
+    added = added_effects(fitted, noise, spreads)
     order = [effect.name for effect in effects]
     added.sort(key=lambda each: order.index(each.effect.name))
     correction = None

@@ -211,12 +211,8 @@ def effects_as_added(
     """Effects of the last model, in the order in which they were added; drifts with their standard deviations."""
     chosen = [each.added for each in rounds if each.added is not None]
     # The last effect of the noise that was added changed the values of those before it.
-    found = next((each.found_noise for each in reversed(chosen) if each.found_noise), ())
-    noise = tuple((each.effect, each.values, each.sd) for each in found)
-    by_name = {
-        each.effect.name: replace(each, sd=spreads.get(each.effect.name, each.sd))
-        for each in added_effects(fitted, noise)
-    }
+    noise = next((each.found_noise for each in reversed(chosen) if each.found_noise), ())
+    by_name = {each.effect.name: each for each in added_effects(fitted, noise, spreads)}
     return tuple(by_name[each.effect.name] for each in chosen if each.effect.name in by_name)
 
 

@@ -143,8 +143,9 @@ class LoadOffset(Effect):
     """The force sensor reads `offset` at zero load: P = reading - offset.
 
     The gains absorb the mean effect. What can be observed is that readings do not go to zero with the load as read, and
-    that contacts are slightly narrower or wider than the load as read implies. In the looser form, which a finger has,
-    the offset changes with time by half waves over the recording, and stays as it is at the end: force sensors warm up,
+    that contacts are slightly narrower or wider than the load as read implies. Where all loads are equal, the gains and
+    the shear modulus absorb both, and the effect is not looked for. In the looser form, which a finger has, the offset
+    changes with time by half waves over the recording, and stays as it is at the end: force sensors warm up,
     are knocked, and are set to zero again.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on bias and sensitivity of instruments.

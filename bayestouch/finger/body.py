@@ -27,13 +27,11 @@ if TYPE_CHECKING:
     from bayestouch.results.objects import Calibration
 
 
-def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
-    # On a finger errors of loads differ from errors of gains: the contact is not linear in the load.
+def _setting(finger: Finger, contact: str) -> dict[str, Any]:
     return {
         "finger": True,
         "element_place": (np.asarray(finger.element_angles_deg, dtype=float),),
         "contact": contact,
-        "loads_vary": True,
         "radii_mm": (finger.core_radius_mm, finger.outer_radius_mm),
     }
 

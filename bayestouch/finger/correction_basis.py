@@ -24,7 +24,7 @@ SHARED_LENGTH, OWN_LENGTH, WIDE_LENGTH = 5.0, 9.0, 7.0
 # Range about an element, degree, of the function for errors that are not proportional to the load.
 LOADED_REACH = 30.0
 # This function is left out if the relative standard deviation of the loads is smaller.
-LOADS_VARY = 0.02
+LEAST_LOAD_SD = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class FingerCorrectionBasis:
                 np.moveaxis(self.wide(away), -1, 0), scale * (radius / self.widest * share)[:, None], own=False
             ),
         }
-        if self.load_sd > LOADS_VARY:
+        if self.load_sd > LEAST_LOAD_SD:
             more = ((share - self.load_mean) / self.load_sd)[:, None]
             parts["loaded"] = spread_over_elements(np.moveaxis(self.loaded(away), -1, 0), scale * more, own=True)
         return parts

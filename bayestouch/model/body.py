@@ -65,7 +65,7 @@ class Body:
     most_touches : int or None
         Largest number of training touches in a search for effects; None for no limit.
     setting : callable
-        ``(body, contact, loads)`` to the fields of `bayestouch.effects.Setting` that depend on the kind of body.
+        ``(body, contact)`` to the fields of `bayestouch.effects.Setting` that depend on the kind of body.
     calibrate : callable
         ``(dataset, *, draws, seed, progress, **options)`` to a `Calibration` without effects.
     begin : callable

@@ -131,8 +131,8 @@ def _beginnings(tables: list[Touches]) -> list[FloatArray]:
 
 def _distances(dataset: DataSet, means: list[TouchMeans]) -> FloatArray:
     """Distances (m, t) of touches from elements; NaN without a location."""
-    body, loads = dataset.sensor.body, np.concatenate([each.load for each in means])
-    setting = body_of(dataset.sensor).setting(body, body.default_contact, loads)
+    body = dataset.sensor.body
+    setting = body_of(dataset.sensor).setting(body, body.default_contact)
     places = np.stack(setting["element_place"], axis=1)
     columns = [[getattr(each, name) for name in body.location_columns] for each in means]
     located = [

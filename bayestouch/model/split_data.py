@@ -9,6 +9,7 @@ import numpy as np
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
+from bayestouch.data.loads import loads_vary
 from bayestouch.data.splits import with_calibration
 from bayestouch.data.touches import Touches, numbered
 from bayestouch.effects.effect import Setting
@@ -304,8 +305,9 @@ class SplitData:
             gap_s=typical_gap(self.time_s[contact_rows], self.held_s[contact_rows]),
             span_s=float(np.ptp(self.time_s)),
             time_unit=self.unit,
+            loads_vary=loads_vary(table.load[table.in_contact]),
             own_rest=self._own_rest,
-            **body_of(sensor).setting(sensor.body, contact, table.load[table.in_contact]),
+            **body_of(sensor).setting(sensor.body, contact),
         )
 
 

@@ -31,15 +31,12 @@ if TYPE_CHECKING:
 MOST_TOUCHES = 1000
 
 
-def _setting(pad: Pad, contact: str, loads: FloatArray) -> dict[str, Any]:
+def _setting(pad: Pad, contact: str) -> dict[str, Any]:
     columns = (pad.element_x_mm, pad.element_y_mm)
-    from bayestouch.pad.known_touches import loads_vary
-
     return {
         "finger": False,
         "element_place": tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
         "contact": "",
-        "loads_vary": loads_vary(loads[np.isfinite(loads)]),
     }
 
 

@@ -14,8 +14,8 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.recording import Recording
 from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
+from bayestouch.data.loads import loads_vary
 from bayestouch.model.fitting import spread_over_elements
-from bayestouch.pad.known_touches import loads_vary
 from bayestouch.pad.table import kernel_width
 
 # Correlation lengths of the functions over the width of the kernel.

@@ -26,9 +26,10 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.chain.smooth import distances
 from bayestouch.data.arrays import read_once
+from bayestouch.data.loads import loads_vary
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.inducing import InducedCovariance
-from bayestouch.pad.known_touches import loads_vary, location_spacing
+from bayestouch.pad.known_touches import location_spacing
 from bayestouch.pad.left_out import blocks_left_out, without_block
 from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, left_out_density
 from bayestouch.pad.problem import PadProblem

@@ -16,16 +16,9 @@ SAMPLES = ("auto", "mean", "first", "last")
 
 # Creep is significant at four standard errors: one data set in sixteen thousand without creep exceeds this.
 _CREEP_SIGNIFICANCE = 4.0
-# Loads vary if their range is above this share of their median.
-LOADS_VARY = 0.2
 # Inverse variance of an intercept over that of a reading, from which it is used: two loads at one location that differ
 # by a third.
 LEAST_SPREAD = 0.04
-
-
-def loads_vary(load: FloatArray) -> bool:
-    """Whether loads (n,) differ enough for an error of the load, or a map that is not in proportion to it, to show."""
-    return bool(len(load) and np.ptp(load) > LOADS_VARY * np.median(load))
 
 
 def prior_of_loads(load: FloatArray) -> tuple[float, float]:

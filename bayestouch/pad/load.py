@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.loads import loads_vary
 from bayestouch.pad.candidates import PadCandidate, percent_of_peak
 from bayestouch.pad.fit import fit_chain
-from bayestouch.pad.known_touches import loads_vary
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
 

@@ -213,7 +213,7 @@ def pad_priors(
     """
     nominal = np.stack([np.array(column) for column in pad_of(sensor).places_mm.values()], axis=1)
     typical = float(np.median(known.load))
-    # Half of `known_touches.LOADS_VARY`: the largest readings follow the load before it counts as one that varies, and
+    # Half of `data.loads.LOADS_VARY`: the largest readings follow the load before it counts as one that varies, and
     # with that limit the priors of pads whose loads differ by 10 to 20 % would be others.
     loads_vary = float(np.ptp(known.load)) > 0.1 * typical
     amplitude, offset = np.full(len(nominal), np.nan), np.zeros(len(nominal))

@@ -33,7 +33,7 @@ def basis(load: np.ndarray = LOAD) -> FingerCorrectionBasis:
 def test_settings() -> None:
     lengths = (correction_basis.SHARED_LENGTH, correction_basis.OWN_LENGTH, correction_basis.WIDE_LENGTH)
     assert lengths == (5.0, 9.0, 7.0)
-    assert (correction_basis.LOADED_REACH, correction_basis.LOADS_VARY) == (30.0, 0.02)
+    assert (correction_basis.LOADED_REACH, correction_basis.LEAST_LOAD_SD) == (30.0, 0.02)
 
 
 def test_basis_over_what_was_touched() -> None:
@@ -94,5 +94,5 @@ def test_columns_of_a_chosen_correction() -> None:
 
 def test_loads_that_vary_by_just_the_limit_tell_nothing() -> None:
     """More than the limit is asked for."""
-    at_limit = replace(basis(), load_sd=correction_basis.LOADS_VARY)
+    at_limit = replace(basis(), load_sd=correction_basis.LEAST_LOAD_SD)
     assert "loaded" not in at_limit.columns(RADIUS, ANGLE, LOAD)

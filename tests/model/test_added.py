@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.effects.effect import EffectParameter
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
+from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.priors.parameters import LogNormal, Normal
 
 
@@ -18,7 +19,7 @@ def effect(name: str, *logarithmic: bool) -> Any:
 
 
 FIRST, SECOND, DRIFT = effect("first", False), effect("second", True, False), effect("drift", False)
-NOISE: Any = (effect("noise", False), (5.0,), (0.5,))
+NOISE = FoundNoise(effect("noise", False), (5.0,), (0.5,), np.ones(1))
 
 
 def fitted(*values: tuple[float, ...]) -> Any:
@@ -35,7 +36,8 @@ def test_values_and_standard_deviations() -> None:
     assert (first.effect, first.values, first.sd) == (FIRST, (0.3,), (3.0,))
     assert (second.effect, second.values, second.sd) == (SECOND, (2.0, 7.0), (8.0, 5.0))
     assert drift.values == (0.1,) and np.isnan(drift.sd).all() and len(drift.sd) == 1
-    assert (noise.effect, noise.values, noise.sd) == NOISE
+    assert added_effects(fitted((0.3,), (2.0, 7.0)), (), {"drift": (0.02,)})[2].sd == (0.02,)
+    assert (noise.effect, noise.values, noise.sd) == (NOISE.effect, (5.0,), (0.5,))
 
 
 def test_another_fit_moves_those_of_the_chain_alone() -> None:

@@ -109,6 +109,16 @@ def test_touches_of_a_pad_without_a_load_are_left_out_where_others_have_one() ->
     assert data.SplitData.of_calibration(DataSet(made.sensor, unmeasured, made.touches)).training.all()
 
 
+@pytest.mark.parametrize(("load_range", "looked_for"), [((200.0, 200.0), False), ((160.0, 240.0), True)])
+def test_an_offset_of_the_load_is_looked_for_where_loads_differ(
+    load_range: tuple[float, float], looked_for: bool
+) -> None:
+    """With equal loads on a finger it acts as another shear modulus."""
+    design = FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0, load_range=load_range)
+    setting = data.SplitData.of(simulate(design, seed=3).dataset).setting("hertz", 200.0)
+    assert ("load_offset" in {each.name for each in catalogue(setting)}) == looked_for
+
+
 def test_effects_that_a_rest_reading_of_each_touch_subtracts_are_not_looked_for() -> None:
     """What remains of earlier touches and a drift of the zero are in the rest reading, too; one touch lacks its own."""
     made = simulate(PadDesign(samples_per_touch=2), seed=1).dataset

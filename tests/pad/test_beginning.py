@@ -58,8 +58,8 @@ def test_a_correction_changes_the_map_and_no_draw_of_a_parameter() -> None:
     with_it, correction = corrected
     slope = with_it.linear.gradient() * np.sqrt(np.diag(with_it.linear.covariance()))
     assert np.abs(slope).max() > 1, "no test: the mode is the same with the correction"
-    plain = evaluation.calibration(fitted, tuple(added_effects(fitted, ())), None)
-    finer = evaluation.calibration(with_it, tuple(added_effects(with_it, ())), correction)
+    plain = evaluation.calibration(fitted, tuple(added_effects(fitted)), None)
+    finer = evaluation.calibration(with_it, tuple(added_effects(with_it)), correction)
     for name, draws in plain.posterior.items():
         np.testing.assert_array_equal(finer.posterior[name], draws)
     assert any(not np.array_equal(finer.extra[name], each) for name, each in plain.extra.items())
