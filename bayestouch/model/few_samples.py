@@ -20,6 +20,7 @@ from bayestouch.data.sample_rows import reads_of_rows
 from bayestouch.data.touches import Touches
 from bayestouch.effects.effect import Values
 from bayestouch.model.outlier_likelihood import OutlierLikelihood, grouped_samples
+from bayestouch.model.outliers import RightReadings
 
 # With so many samples left, more than half of all, those that are left out are surely wrong and the others right.
 ENOUGH = 4
@@ -50,29 +51,29 @@ class FewSamples:
     Attributes
     ----------
     likelihood : OutlierLikelihood
-        Density of the samples, relative to their mean, in units of the sd of a right reading.
+        Density of the samples, relative to their mean, in units of the own noise of a reading. Effects of the noise add
+        what they do at the signal that samples and other elements together tell.
     centre : (g,) array
         Mean of the samples of each group, right or wrong.
     rest : (g,) array
         Variance of the rest reading that was subtracted from each group, over that of a right reading.
     values : tuple of float
         Share of wrong readings, and the sd of their errors over the peak.
-    sd, peak : (m,) arrays
-        Sd of a right reading, and peak reading.
+    right : RightReadings
+        Noise of readings that are not wrong.
     """
 
     likelihood: OutlierLikelihood
     centre: FloatArray
     rest: FloatArray
     values: Values
-    sd: FloatArray
-    peak: FloatArray
+    right: RightReadings
 
     @classmethod
-    def of(cls, doubtful: Touches, values: Values, sd: FloatArray, peak: FloatArray) -> FewSamples | None:
+    def of(cls, doubtful: Touches, values: Values, right: RightReadings) -> FewSamples | None:
         """Groups of samples of a table that has only the readings in doubt, see `doubtful_samples`; None without any.
 
-        `values`, `sd` and `peak` are as the attributes. None, too, if rows are means of several reads: their own
+        `values` and `right` are as the attributes. None, too, if rows are means of several reads: their own
         scatter is not that of a reading.
         """
         rows = np.flatnonzero(doubtful.in_contact)
@@ -84,13 +85,13 @@ class FewSamples:
             return None
         samples = samples[touch, element]
         centre = np.nanmean(samples, axis=1)
-        deviation = (samples - centre[:, None]) / sd[element, None]
-        likelihood = OutlierLikelihood.about(deviation, element, touch, np.ones(len(sd)), sd / peak)
+        deviation = (samples - centre[:, None]) / right.sd[element, None]
+        likelihood = _likelihood(right, deviation, element, touch, np.nanmedian(samples, axis=1))
         rest = np.zeros(len(touch))
         if doubtful.rest_reads is not None:
             first = np.unique(groups(doubtful.touch[rows])[1], return_index=True)[1]
             rest = np.nan_to_num(1 / doubtful.rest_reads[rows][first][touch, element])
-        return cls(likelihood, centre, rest, values, sd, peak)
+        return cls(likelihood, centre, rest, values, right)
 
     def weighed(self, means: TouchMeans, expected: Expected) -> TouchMeans:
         """The means of touches, those of the groups replaced by what samples and other elements say together.
@@ -100,16 +101,33 @@ class FewSamples:
         at, flat = self.likelihood, UNKNOWN**2 * self._wrong_variance
         of_samples = self._true_means(np.zeros(len(self.centre)), flat)
         best = np.full(means.n_touches, -np.inf)
-        found, spread = of_samples, flat
+        found, spread, signal = of_samples, flat, self.centre
         for now in self._starts(means, of_samples, expected):
+            here = self
             for _ in range(ROUNDS):
-                about, told = self._of_others(means, now, expected)
-                now = _between(now, self._true_means(about, told))
-            agree = self._agreement(means.n_touches, about, told)
+                about, told = here._of_others(means, now, expected)
+                together = _product(now, (self.centre + about, told))[0]
+                here = here._at(together)
+                now = _between(now, here._true_means(about, told))
+            agree = here._agreement(means.n_touches, about, told)
             better = (agree > best)[at.touch]
             best = np.maximum(agree, best)
             found = np.where(better, now[0], found[0]), np.where(better, now[1], found[1])
-            spread = np.where(better, told, spread)
+            spread, signal = np.where(better, told, spread), np.where(better, together, signal)
+        return self._at(signal)._replaced(means, found, spread, of_samples)
+
+    def _at(self, signal: FloatArray) -> FewSamples:
+        """The same samples, with the noise of right readings at signals of the groups, (g,).
+
+        A reader has this noise at the signal that it predicts. At a wrong reading far from it there is another one.
+        """
+        if not self.right.added.adds:
+            return self
+        at = self.likelihood
+        return replace(self, likelihood=_likelihood(self.right, at.deviation, at.element, at.touch, signal))
+
+    def _replaced(self, means: TouchMeans, found: Normals, spread: FloatArray, of_samples: Normals) -> TouchMeans:
+        """The means of touches with what was `found`, or with what samples say where outliers do not explain it."""
         explained = self._explained(found, spread)
         return self._in(means, *(np.where(explained, one, other) for one, other in zip(found, of_samples, strict=True)))
 
@@ -120,7 +138,7 @@ class FewSamples:
         move the fit there, and all right readings contradict it then.
         """
         yield of_samples
-        at, wrong, right = self.likelihood, self._wrong_variance, self._sd**2 / self.likelihood.count
+        at, wrong, right = self.likelihood, self._wrong_variance, self._right_variance / self.likelihood.count
         if not (of_samples[1] > CONTRADICTS * right).any():
             return
         best, left_out = np.full(means.n_touches, -np.inf), np.zeros(means.n_touches)
@@ -133,7 +151,7 @@ class FewSamples:
 
     def _agreement(self, n_touches: int, about: FloatArray, spread: FloatArray) -> FloatArray:
         """Log density (t,) of the mean samples of each touch, each as the others expect them: right or wrong."""
-        probability, right = self.values[0], self._sd**2 / self.likelihood.count
+        probability, right = self.values[0], self._right_variance / self.likelihood.count
         density = (1 - probability) * _density(about, spread + right)
         density += probability * _density(about, spread + self._wrong_variance)
         return np.asarray(np.bincount(self.likelihood.touch, np.log(density + 1e-300), n_touches), dtype=np.float64)
@@ -144,23 +162,25 @@ class FewSamples:
             each[self.likelihood.touch, self.likelihood.element] for each in expected(self._in(means, *found))
         )
         known = np.isfinite(variance)
-        own = found[1] + self.rest * self._sd**2
+        own = found[1] + self.rest * self._right_variance
         about = np.where(known, found[0] - difference - self.centre, 0.0)
-        spread = np.maximum(variance - own, LEAST * self._sd**2)
+        spread = np.maximum(variance - own, LEAST * self._right_variance)
         return about, np.where(known, spread, UNKNOWN**2 * self._wrong_variance)
 
     @property
     def _sd(self) -> FloatArray:
-        return self.sd[self.likelihood.element]
+        """Own noise of a reading of each group, (g,), the unit of `likelihood`."""
+        return self.right.sd[self.likelihood.element]
 
     @property
-    def _peak(self) -> FloatArray:
-        return self.peak[self.likelihood.element]
+    def _right_variance(self) -> FloatArray:
+        """Variance of a reading of each group that is right, (g,)."""
+        return np.asarray(self._sd**2 * (1 + self.likelihood.others))
 
     @property
     def _wrong_variance(self) -> FloatArray:
         """Variance of a reading of each group that is surely wrong, (g,)."""
-        return np.asarray(self._sd**2 + (self.values[1] * self._peak) ** 2)
+        return np.asarray(self._right_variance + (self.values[1] * self.right.peak[self.likelihood.element]) ** 2)
 
     def _true_means(self, about: FloatArray, spread: FloatArray) -> Normals:
         """Mean and variance (g,) that replace the samples, if `about` (g,), from their centre, is expected.
@@ -168,13 +188,13 @@ class FewSamples:
         If the samples say less than nothing about it, as they contradict what is expected, these are the mean of the
         samples, and the variance of a wrong reading.
         """
-        sd, own = self._sd, np.ones(len(self.sd))
+        sd, own = self._sd, np.ones(len(self.right.sd))
         found = self.likelihood.true_means(self.values, own, about / sd, spread / sd**2)
         mean, variance = self.centre + found.mean * sd, found.variance * sd**2
         # A normal density beyond all samples replaces two separate ranges of the true mean, and is far too sure.
         samples = self.likelihood.deviation
         beyond = np.maximum(np.nanmin(samples, axis=1) - found.mean, found.mean - np.nanmax(samples, axis=1))
-        wrong = (variance > self._wrong_variance) | (beyond > BEYOND)
+        wrong = (variance > self._wrong_variance) | (beyond > BEYOND * np.sqrt(1 + self.likelihood.others))
         return np.where(wrong, self.centre, mean), np.where(wrong, self._wrong_variance, variance)
 
     def _explained(self, found: Normals, spread: FloatArray) -> BoolArray:
@@ -183,8 +203,8 @@ class FewSamples:
         They do not if the element has a fault, which the check of the sensor shall find.
         """
         told, count = spread < self._wrong_variance, self.likelihood.count
-        wrong = told & (found[1] > CONTRADICTS * self._sd**2 / count)
-        m, element = len(self.sd), self.likelihood.element
+        wrong = told & (found[1] > CONTRADICTS * self._right_variance / count)
+        m, element = len(self.right.sd), self.likelihood.element
         often = np.bincount(element, wrong, m)
         usual = np.bincount(element, told * np.minimum(1.0, self.values[0] * count), m)
         return np.asarray((often <= usual + UNEXPLAINED * np.sqrt(usual + 1))[element])
@@ -194,8 +214,22 @@ class FewSamples:
         readings, counts = means.readings.copy(), means.counts.astype(np.float64)
         at = self.likelihood.touch, self.likelihood.element
         readings[at] = mean
-        counts[at] = 1 / (variance / self._sd**2 + self.rest)
+        counts[at] = 1 / (variance / self._right_variance + self.rest)
         return replace(means, readings=readings, counts=counts, load_reads=means.reads_of_load)
+
+
+def _likelihood(
+    right: RightReadings, deviation: FloatArray, element: IntArray, touch: IntArray, signal: FloatArray
+) -> OutlierLikelihood:
+    """Density of the deviations (g, k) of samples, in units of the own noise, with all noise at signals (g,)."""
+    others = right.added_variance(signal, element) / right.sd[element] ** 2
+    return OutlierLikelihood.about(deviation, element, touch, np.ones(len(right.sd)), right.sd / right.peak, others)
+
+
+def _product(one: Normals, other: Normals) -> Normals:
+    """Mean and variance of the product of two normal densities."""
+    variance = 1 / (1 / one[1] + 1 / other[1])
+    return variance * (one[0] / one[1] + other[0] / other[1]), variance
 
 
 def _between(one: Normals, other: Normals) -> Normals:
@@ -203,8 +237,8 @@ def _between(one: Normals, other: Normals) -> Normals:
 
     Steps of half the way do not go to and fro where two elements each say that the other is wrong.
     """
-    variance = 2 / (1 / one[1] + 1 / other[1])
-    return 0.5 * variance * (one[0] / one[1] + other[0] / other[1]), variance
+    mean, variance = _product(one, other)
+    return mean, 2 * variance
 
 
 def _density(off: FloatArray, variance: FloatArray) -> FloatArray:

@@ -212,9 +212,7 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
     zero = model.chain(fitted.vector).offset
     effects = PadEffects(listed, values, model.peak, zero, model.element_place, sd=noise.sd)
     if noise.added.adds:
-        predicted = model.predict(fitted.vector).touches
-        sd = np.sqrt(noise.own_variance(predicted).mean(axis=0) + noise.common_variance)
-        effects = replace(effects, sd=sd, by_effects=NoiseByEffects(noise.added, model.peak, zero))
+        effects = replace(effects, by_effects=NoiseByEffects(noise.added, model.peak, zero))
     rows_of = {e.name: np.r_[place] for e, place in zip(model.effects, model.value_places, strict=True)}
     rows = [rows_of[effect.name] for effect in effects.corrected_for]
     if not rows:

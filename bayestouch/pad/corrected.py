@@ -22,7 +22,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values, places_of_values
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
-from bayestouch.model.outliers import without_wrong
+from bayestouch.model.outliers import RightReadings, without_wrong
 from bayestouch.model.timing import Timing
 from bayestouch.pad.added_noise import NoiseByEffects
 from bayestouch.results.keys import EFFECT_NOISE_SD, EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
@@ -63,7 +63,8 @@ class PadEffects:
         coordinates of fits (`EffectParameter.to_unconstrained`); (0, 0) if the values count as exact. Each column is an
         independent cause of errors of the values.
     sd : (m,) array, optional
-        Noise of one reading; with it, readings that are wrong by an effect of the noise are left out.
+        Noise of one reading without what effects of the noise add; with it, readings that are wrong by an effect of the
+        noise are left out.
     by_effects : NoiseByEffects, optional
         What effects of the noise add to the noise of the calibration; None if they add nothing, or if it has them.
     """
@@ -80,6 +81,11 @@ class PadEffects:
     def noise(self, noise: Noise) -> Noise:
         """The noise of readings, from that of the calibration."""
         return noise if self.by_effects is None else self.by_effects.to(noise)
+
+    @property
+    def right(self) -> RightReadings | None:
+        """Noise of a corrected reading that is not wrong; None if that is not known."""
+        return None if self.sd is None else RightReadings(self.sd, self.peak, self.listed.noise)
 
     @property
     def reference_load(self) -> float:
@@ -170,10 +176,11 @@ class PadEffects:
 
     def without_wrong(self, corrected: Touches) -> Touches:
         """A corrected table without the readings that are probably wrong by an effect of the noise."""
-        if self.sd is None:
+        right = self.right
+        if right is None:
             return corrected
         for effect in self.listed.of_noise:
-            corrected = without_wrong(corrected, effect, self.values[effect.name], self.sd, self.peak)
+            corrected = without_wrong(corrected, effect, self.values[effect.name], right)
         return corrected
 
     def corrected_sample(
@@ -320,7 +327,7 @@ class PadEffects:
             zero=zero,
             element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
             root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
-            sd=np.asarray(calibration.extra.get(EFFECT_NOISE_SD, calibration.noise.tactile_sd), dtype=np.float64),
+            sd=np.asarray(calibration.noise.tactile_sd, dtype=np.float64),
             by_effects=NoiseByEffects(listed.noise, peak, zero) if apart else None,
         )
 

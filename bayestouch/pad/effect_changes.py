@@ -19,6 +19,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches
 from bayestouch.effects.noise import Outliers
 from bayestouch.model.few_samples import FewSamples, doubtful_samples
+from bayestouch.model.noise import AddedNoise
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.known_touches import counted_samples, pad_readings
@@ -81,9 +82,11 @@ def corrected_means(
     corrected = effects.corrected(touches)
     kept = effects.without_wrong(corrected)
     means, few = pad_readings(kept, dimensions, samples), None
-    if effects.sd is not None and Outliers.name in effects.values:
+    if effects.right is not None and Outliers.name in effects.values:
         doubtful = counted_samples(doubtful_samples(corrected, kept), samples)
-        few = FewSamples.of(doubtful, effects.values[Outliers.name], effects.sd, effects.peak)
+        # Where touches are read without effects of the noise, that noise is a part of what other elements expect.
+        right = effects.right if effects.by_effects is not None else replace(effects.right, added=AddedNoise())
+        few = FewSamples.of(doubtful, effects.values[Outliers.name], right)
     of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
     out = CorrectedMeans(**of_means, load_as_read=pad_readings(touches, dimensions, samples).load, few=few)
     if exact:

@@ -17,9 +17,8 @@ EFFECT_PEAK, EFFECT_ZERO, EFFECT_VALUES = "effect_peak", "effect_zero", "effect_
 #: Array (q, q) of a pad with effects: lower Cholesky factor of the covariance of the values of effects that readings
 #: are corrected for, in the coordinates that fits move. Absent in files of version 0.1: there the values are exact.
 EFFECT_ROOT = "effect_root"
-#: Array (m,) of a pad with effects of the noise: noise of one reading with these effects, in the mean over the touches
-#: of the calibration. With it, the noise of the calibration is that without these effects. Absent in files of version
-#: 0.1: there it is all noise.
+#: Array (m,) of a pad with effects of the noise: noise of one reading. If it is there, the noise of the calibration is
+#: that without these effects. Absent in files of version 0.1: there it is all noise.
 EFFECT_NOISE_SD = "effect_noise_sd"
 #: Array (m,): reading at rest that was subtracted from the calibration touches. Read by `CalibrationData.rest_reading`.
 REST_READING = "rest_reading"

@@ -1,11 +1,22 @@
-"""Values of two noise effects that are fitted one after the other, on simulated fingers."""
+"""Two noise effects beside each other: their values, and touches that are read with them.
+
+Touches are recorded by a simulator of this file. It knows which readings are wrong.
+"""
 
 from __future__ import annotations
 
+from functools import cache
+
+import numpy as np
 import pytest
+import test_noise_of_pads as line
+import written_out as w
 
 import bayestouch
 from bayestouch.calibration.with_effects import fit_stated
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.touches import Touches, touches_from
 from bayestouch.effects.stated import StatedModel
 
 TRUTH = {"outliers": 0.02, "signal_dependent_noise": 0.06}
@@ -26,3 +37,92 @@ def test_outliers_and_noise_that_grows_with_the_signal_keep_their_parts(order: t
     for each in added:
         value, sd, true = each.values[0], each.sd[0], TRUTH[each.effect.name]
         assert abs(value - true) < 2.5 * sd and sd < 0.2 * true
+
+
+#: Own noise of a reading over a typical peak; share of wrong readings, and the sd of their errors over that peak.
+OWN, PROBABILITY, SIZE = 0.01, 0.03, 0.3
+#: Noise of the signal over the own noise at that peak, by the body.
+TIMES = {"finger": 6.0, "pad": 3.0}
+FINGER_PEAK, TOUCHES, SAMPLES = 1000.0, 400, 20
+
+
+def recorded(body: str, clean: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Readings of samples with all errors, and those that the law of the noise itself takes to be wrong."""
+    peak = FINGER_PEAK if body == "finger" else line.GAIN
+    sd = np.hypot(OWN * peak, TIMES[body] * OWN * clean)
+    wide = np.hypot(sd, SIZE * peak)
+    error = np.where(rng.random(clean.shape) < PROBABILITY, wide, sd) * rng.standard_normal(clean.shape)
+    odds = np.log(PROBABILITY / (1 - PROBABILITY) * sd / wide) + 0.5 * error**2 * (1 / sd**2 - 1 / wide**2)
+    return clean + error, odds > 0
+
+
+def on_finger(pressed: w.Pressed, rng: np.random.Generator, samples: int) -> tuple[Touches, np.ndarray]:
+    table = w.recorded(w.true_finger(), pressed, rng, samples=samples, noise=0.0)
+    readings, wrong = recorded("finger", table.readings, rng)
+    return table.with_(readings=readings), wrong
+
+
+def on_pad(place: np.ndarray, load: np.ndarray, rng: np.random.Generator, samples: int) -> tuple[Touches, np.ndarray]:
+    rows = np.repeat(np.arange(len(place)), samples)
+    clean = load[:, None] * line.GAIN * np.exp(-0.5 * ((place[:, None] - line.PLACE) / line.WIDTH) ** 2)
+    readings, wrong = recorded("pad", clean[rows], rng)
+    measured = load[rows] + line.FORCE_NOISE * rng.standard_normal(len(rows))
+    sample = np.tile(np.arange(samples), len(place))
+    return touches_from(rows, readings, sample=sample, x_mm=place[rows], load=measured), wrong
+
+
+@cache
+def read(body: str) -> tuple[bayestouch.TouchPosteriors, dict[str, np.ndarray], np.ndarray]:
+    """Touches of twenty samples, what they were, and which readings are wrong by the law of the noise."""
+    known, rng = np.random.default_rng(7), np.random.default_rng(8)
+    names = tuple((name, {}) for name in TRUTH)
+    if body == "finger":
+        table, _ = on_finger(w.calibrating(known, 1.5), known, 12)
+        model = StatedModel("finger", "layer", names)
+        made = bayestouch.calibrate(w.dataset(table, table), model=model, draws=500, seed=3)
+        angle = np.radians(rng.uniform(-17, 17, TOUCHES))
+        pressed = w.Pressed(rng.uniform(2.5, 8, TOUCHES), angle, rng.uniform(100, 240, TOUCHES))
+        truth = {"R": pressed.radius, "theta_c": np.degrees(angle), "P": pressed.load}
+        fresh, wrong = on_finger(pressed, rng, SAMPLES)
+    else:
+        table, _ = on_pad(known.uniform(-2, 26, 200), known.uniform(0.5, 2, 200), known, 12)
+        source = {"note": "simulated"}
+        sensor = Sensor(
+            "line", Pad(tuple(line.PLACE)), reading_unit="V", force_noise_sd=line.FORCE_NOISE, source=source
+        )
+        model = StatedModel("pad", "", names)
+        made = bayestouch.calibrate(
+            DataSet(sensor, table, table), kernel="gaussian", e_map="model", model=model, draws=100
+        )
+        truth = {"x": rng.uniform(0, 24, TOUCHES), "P": rng.uniform(0.3, 2, TOUCHES)}
+        fresh, wrong = on_pad(truth["x"], truth["P"], rng, SAMPLES)
+    return bayestouch.infer(fresh, made, draws=200, use_load=False, check_sensor=False), truth, wrong
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", list(TIMES))
+def test_readings_that_are_left_out_are_those_that_the_law_of_the_noise_takes_to_be_wrong(body: str) -> None:
+    """As many in all touches as with the true noise, and as many where signals are large: to a tenth, or 0.1 of 20.
+
+    By the own noise alone, 9 % of the readings of this finger were left out, of which few are wrong.
+    """
+    posteriors, _, wrong = read(body)
+    left_out = SAMPLES - posteriors.rows.counts
+    expected = wrong.reshape(TOUCHES, SAMPLES, -1).sum(axis=1)
+    signal = np.abs(posteriors.rows.predicted)
+    large = signal > np.quantile(signal, 0.8)
+    for some in (large, ~large):
+        assert left_out[some].mean() == pytest.approx(expected[some].mean(), rel=0.1, abs=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", list(TIMES))
+def test_errors_of_touches_are_what_their_posteriors_say(body: str) -> None:
+    """Of 400 touches the rms of the errors over their sds is known to 0.035, and a coverage to 0.015."""
+    posteriors, truth, _ = read(body)
+    for name, true in truth.items():
+        draws = posteriors.posterior[name].reshape(-1, TOUCHES)
+        error = draws.mean(axis=0) - true
+        assert np.sqrt(np.mean((error / draws.std(axis=0)) ** 2)) == pytest.approx(1, abs=0.14)
+        inside = np.abs((draws < true).mean(axis=0) - 0.5) < 0.45
+        assert inside.mean() == pytest.approx(0.9, abs=0.06)

@@ -10,9 +10,14 @@ import pytest
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.model.few_samples import FewSamples, doubtful_samples
+from bayestouch.model.noise import AddedNoise
+from bayestouch.model.outliers import RightReadings
 
 NAN = np.nan
 SD, PEAK = np.array([2.0, 2.0]), np.array([100.0, 100.0])
+RIGHT = RightReadings(SD, PEAK, AddedNoise())
+#: With noise of a tenth of the signal beside.
+GROWING = RightReadings(SD, PEAK, AddedNoise(share=0.1))
 SHARE, SIZE = 0.1, 0.4
 WIDE = 2.0**2 + 40.0**2
 
@@ -21,19 +26,20 @@ def table(readings: list[list[float]], touch: list[int]) -> Touches:
     return touches_from(np.array(touch), np.array(readings), sample=np.arange(len(touch)))
 
 
-def few_of(rows: Touches) -> FewSamples:
-    few = FewSamples.of(rows, (SHARE, SIZE), SD, PEAK)
+def few_of(rows: Touches, right: RightReadings = RIGHT) -> FewSamples:
+    few = FewSamples.of(rows, (SHARE, SIZE), right)
     assert few is not None
     return few
 
 
-def weighed(rows: Touches, at: list[list[float]], variance: float) -> TouchMeans:
+def weighed(rows: Touches, at: list[list[float]], variance: float, right: RightReadings = RIGHT) -> TouchMeans:
     """Means if the other elements always expect true means `at` (t, m) with one variance."""
 
     def expected(means: TouchMeans) -> tuple[np.ndarray, np.ndarray]:
-        return means.readings - np.array(at), variance + SD**2 / means.counts
+        read = SD**2 + (right.added.share * np.array(at)) ** 2
+        return means.readings - np.array(at), variance + read / means.counts
 
-    return few_of(rows).weighed(rows.averaged(), expected)
+    return few_of(rows, right).weighed(rows.averaged(), expected)
 
 
 def test_samples_in_doubt() -> None:
@@ -51,21 +57,28 @@ def test_samples_in_doubt() -> None:
     np.testing.assert_array_equal(found, wanted)
 
 
-@pytest.mark.parametrize("reading", [51.0, 54.0])
-def test_one_sample_is_right_or_wrong(reading: float) -> None:
-    """Mean and variance of the product with what others expect: of the mixture of both cases."""
-    about, variance = 50.0, 9.0
-    mass, means, variances = [], [], []
-    for share, own in ((1 - SHARE, 4.0), (SHARE, WIDE)):
-        total = own + variance
-        mass.append(share * np.exp(-0.5 * (reading - about) ** 2 / total) / np.sqrt(total))
-        means.append((reading / own + about / variance) / (1 / own + 1 / variance))
-        variances.append(1 / (1 / own + 1 / variance))
-    share = np.array(mass) / np.sum(mass)
-    mean = float(share @ means)
+@pytest.mark.parametrize(
+    ("reading", "right"), [(51.0, RIGHT), (54.0, RIGHT), (51.0, GROWING), (58.0, GROWING), (62.0, GROWING)]
+)
+def test_one_sample_is_right_or_wrong(reading: float, right: RightReadings) -> None:
+    """Mean and variance of the product with what others expect: of the mixture of both cases.
+
+    The noise is that at the mean of the product, which is found in steps.
+    """
+    about, variance, mean = 50.0, 9.0, 50.0
+    for _ in range(20):
+        usual = 4.0 + (right.added.share * mean) ** 2
+        mass, means, variances = [], [], []
+        for share, own in ((1 - SHARE, usual), (SHARE, usual + 40.0**2)):
+            total = own + variance
+            mass.append(share * np.exp(-0.5 * (reading - about) ** 2 / total) / np.sqrt(total))
+            means.append((reading / own + about / variance) / (1 / own + 1 / variance))
+            variances.append(1 / (1 / own + 1 / variance))
+        share = np.array(mass) / np.sum(mass)
+        mean = float(share @ means)
     spread = float(share @ (np.array(variances) + np.square(means))) - mean**2
-    found = weighed(table([[reading, 20.0]], [0]), [[about, 20.0]], variance)
-    precision = found.counts[0, 0] / SD[0] ** 2
+    found = weighed(table([[reading, 20.0]], [0]), [[about, 20.0]], variance, right)
+    precision = found.counts[0, 0] / usual
     product = precision + 1 / variance
     assert 1 / product == pytest.approx(spread, rel=0.02)
     assert (precision * found.readings[0, 0] + about / variance) / product == pytest.approx(mean, rel=0.01)
@@ -82,6 +95,14 @@ def test_reading_that_others_contradict_hardly_counts() -> None:
     found = weighed(table([[90.0, 20.0]], [0]), [[50.0, 20.0]], 9.0)
     assert found.readings[0, 0] == pytest.approx(90.0)
     assert found.counts[0, 0] == pytest.approx(SD[0] ** 2 / WIDE, rel=0.1)
+    assert found.counts[0, 1] == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_wrong_reading_counts_by_the_noise_at_the_signal_that_others_expect() -> None:
+    """4 + 5² = 29 at 50, with which touches are read: not 94 at the reading 95."""
+    found = weighed(table([[95.0, 20.0]], [0]), [[50.0, 20.0]], 9.0, GROWING)
+    assert found.counts[0, 0] == pytest.approx(29.0 / (29.0 + 40.0**2), rel=0.1)
+    # The other element, at 20, has the noise 4 + 2² and is right.
     assert found.counts[0, 1] == pytest.approx(1.0, abs=0.05)
 
 
@@ -127,6 +148,6 @@ def test_loads_keep_their_reads() -> None:
 
 def test_nothing_in_doubt() -> None:
     rows = table([[NAN, NAN]], [0])
-    assert FewSamples.of(rows, (SHARE, SIZE), SD, PEAK) is None
+    assert FewSamples.of(rows, (SHARE, SIZE), RIGHT) is None
     averages = replace(table([[1.0, 2.0]], [0]), reads=np.array([5.0]))
-    assert FewSamples.of(averages, (SHARE, SIZE), SD, PEAK) is None
+    assert FewSamples.of(averages, (SHARE, SIZE), RIGHT) is None

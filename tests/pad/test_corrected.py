@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from bayestouch.data.touches import touches_from
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.noise import AddedNoise
@@ -13,13 +16,27 @@ OFFSET, SHARE, THRESHOLD = 0.1, 0.4, 0.05
 LOAD = np.linspace(0.3, 2.0, 9)
 
 
-def with_effects(**values: tuple[float, ...]) -> PadEffects:
+def with_effects(added: AddedNoise | None = None, **values: tuple[float, ...]) -> PadEffects:
     place = (np.array([0.0, 5.0, 10.0]),)
     setting = Setting(False, 3, place, ((0.0, 10.0),), 1.0, "N", "", False, 0.0, 0.0, 0.0)
     suited = [effect_classes()[name].suited(setting) for name in values]
     effects = tuple(effect for effect in suited if effect is not None)
     assert len(effects) == len(values)
-    return PadEffects(EffectList(setting, effects, AddedNoise()), values, np.ones(3), np.zeros(3), place)
+    return PadEffects(EffectList(setting, effects, added or AddedNoise()), values, np.ones(3), np.zeros(3), place)
+
+
+def test_wrong_readings_are_those_far_off_by_the_noise_at_their_signal() -> None:
+    """Own noise 0.03 of the peak, and 0.04 at it: sds 0.03 and 0.05.
+
+    Effects act on the whole reading: the last element has 0.25 at rest, and is at its peak with a signal of 0.75.
+    """
+    effects = with_effects(AddedNoise(share=0.04), outliers=(0.1, 0.3), signal_dependent_noise=(0.04, 1.0))
+    effects = replace(effects, zero=np.array([0.0, 0.0, 0.25]), sd=np.full(3, 0.03))
+    limit = [np.sqrt(2 * np.log(9 * np.hypot(s, 0.3) / s) / (1 / s**2 - 1 / (s**2 + 0.09))) for s in (0.03, 0.05)]
+    off = np.array([limit[0], limit[1], limit[1]]) * np.array([[-1 + 1e-9], [0.0], [1 + 1e-9]])
+    table = touches_from(np.zeros(3, dtype=int), np.array([0.0, 1.0, 1.0]) + off, sample=np.arange(3), load=np.ones(3))
+    found = effects.without_wrong(effects.corrected(table)).readings
+    np.testing.assert_array_equal(np.isnan(found), [[False] * 3, [False] * 3, [True] * 3])
 
 
 def acting(load: np.ndarray) -> np.ndarray:

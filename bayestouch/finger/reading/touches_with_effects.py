@@ -33,7 +33,7 @@ from bayestouch.finger.reading.true_load import changes_load, true_loads
 from bayestouch.model.few_samples import FewSamples, doubtful_samples
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
-from bayestouch.model.outliers import without_wrong
+from bayestouch.model.outliers import RightReadings, without_wrong
 from bayestouch.model.timing import Timing
 
 # Number of rounds of fits of the touches and estimates of the drifts; the third changes the result negligibly.
@@ -48,7 +48,8 @@ def observe(
     Also the samples that are too few to say which are wrong, and a note on the assumed times.
     """
     timing = Timing.in_unit(corrected, effects_chain.listed.setting.time_unit)
-    table, doubtful = _without_wrong(corrected, effects_chain, noise, timing)
+    right = RightReadings(noise.tactile_sd, effects_chain.model.peak, effects_chain.listed.noise)
+    table, doubtful = _without_wrong(corrected, effects_chain, right, timing)
     history = history_of(table, timing.time_s)
     if each_sample:
         rows = {"touch": np.arange(table.n_rows), "sample": np.zeros(table.n_rows, dtype=np.int64)}
@@ -62,13 +63,12 @@ def observe(
         observed = replace(observed, means=means)
     few = None
     if Outliers.name in effects_chain.values:
-        values = effects_chain.values[Outliers.name]
-        few = FewSamples.of(doubtful, values, noise.tactile_sd, effects_chain.model.peak)
+        few = FewSamples.of(doubtful, effects_chain.values[Outliers.name], right)
     return observed, few, timing.note
 
 
 def _without_wrong(
-    table: Touches, effects_chain: ChainWithEffects, noise: Noise, timing: Timing
+    table: Touches, effects_chain: ChainWithEffects, right: RightReadings, timing: Timing
 ) -> tuple[Touches, Touches]:
     """The table without readings that are probably wrong, and with only those for which this cannot be said.
 
@@ -86,8 +86,7 @@ def _without_wrong(
         growth[table.in_contact] = factor / observed.of_touches(factor)[observed.row_touch]
     kept = table
     for effect in effects_chain.listed.of_noise:
-        values, peak = effects_chain.values[effect.name], effects_chain.model.peak
-        kept = without_wrong(kept, effect, values, noise.tactile_sd, peak, growth)
+        kept = without_wrong(kept, effect, effects_chain.values[effect.name], right, growth)
     return kept, doubtful_samples(table.with_(readings=table.readings / growth), kept)
 
 
