@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from bayestouch.effects.noise import NoiseEffect, Outliers
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise import AddedNoise
@@ -15,9 +17,11 @@ from bayestouch.model.noise_fit import with_noise
 from bayestouch.model.noise_posterior import FoundNoise, rewhitened, settled_noise
 from bayestouch.model.noise_search import NoiseCandidate, score_noise
 
-# Number of times that each effect is fitted again beside the others. After two, values change by less than 0.1 sd: with
-# 2 % of outliers, a share of 0.05 is found as 0.0494 after one, as 0.0512 after two and after four (sd 0.0013).
-SWEEPS = 2
+# Each effect is fitted again beside the others until no value moves by more than this part of its sd. Where noise that
+# grows with the signal is five times the own noise at the peak, this takes four times; where it is ten times, nine.
+SETTLED = 0.1
+# Largest number of times: twice that of the worst of these, so that a fit ends that goes to and fro.
+MOST = 20
 
 
 def join_noise(fitted: Fitted, scored: NoiseCandidate) -> tuple[Fitted, tuple[FoundNoise, ...]]:
@@ -35,13 +39,24 @@ def join_noise(fitted: Fitted, scored: NoiseCandidate) -> tuple[Fitted, tuple[Fo
         (candidates[effect.name],) = score_noise(fitted, (effect,))
         fitted = with_noise(fitted, settled_noise(fitted, candidates[effect.name]))
     joined: dict[str, FoundNoise] = {}
-    for _ in range(SWEEPS):
+    for _ in range(MOST):
+        former = dict(joined)
         for name, candidate in candidates.items():
             fitted = without_noise(fitted, candidate.effect)
             joined[name] = settled_noise(fitted, candidate)
             fitted = with_noise(fitted, joined[name])
             candidates[name] = replace(candidate, values=joined[name].values)
+        if all(_stays(found, former.get(name)) for name, found in joined.items()):
+            break
     return fitted, tuple(joined.values())
+
+
+def _stays(found: FoundNoise, former: FoundNoise | None) -> bool:
+    """Whether the values of an effect are those of the former fit, to a part of their sd."""
+    if former is None:
+        return False
+    moved = np.abs(np.subtract(found.values, former.values))
+    return bool((moved <= SETTLED * np.array(found.sd)).all())
 
 
 def without_noise(fitted: Fitted, effect: NoiseEffect) -> Fitted:
