@@ -23,6 +23,7 @@ from bayestouch.finger.noise import noise_of
 from bayestouch.finger.place.choice import LEAST_PLACES
 from bayestouch.finger.place.fit import AUTO, DISCREPANCY_SETTING, NO_DISCREPANCY, OF_PLACE, OF_TOUCH, fit_of_places
 from bayestouch.finger.place.posterior import PlacePosterior
+from bayestouch.finger.polarity import other_polarity
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
 from bayestouch.finger.requested import FitGroups
@@ -251,6 +252,7 @@ def finger_calibration(
                     *_noise_notes(touches, priors),
                     *from_prior,
                     *_left_out(used),
+                    *other_polarity(fit.chain.response, rows.observed),
                     *far_from_stated(priors, sensor, posterior),
                 )
             )

@@ -17,6 +17,7 @@ from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
 from bayestouch.finger.lacking import shear_modulus_from_prior
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import noise_of
+from bayestouch.finger.polarity import other_polarity
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import draws_by_name, linear_vectors
 from bayestouch.finger.requested import groups_with_effects
@@ -125,6 +126,7 @@ def calibration_with_effects(
         notes=(
             *with_no_offset(notes),
             *from_prior,
+            *other_polarity(model.chain(fitted.vector).response, rows.observed),
             *far_from_stated(priors, sensor, named),
             *targets_missed(grades, draws),
         ),

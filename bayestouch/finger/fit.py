@@ -100,7 +100,7 @@ def fit_finger(
         If the touches cannot identify the parameters; the message says which touches are missing.
     """
     known, used = KnownTouches.of(means, finger)
-    apparent = known.apparent_response(finger)
+    apparent = priors.apparent_response(finger, known)
     check_enough(known)
     prior = priors.flat(finger, known)
     start = prior.mean[: prior.layout.n_chain].copy()

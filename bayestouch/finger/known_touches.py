@@ -161,26 +161,54 @@ class KnownTouches:
         measured = np.asarray(force_sd)[..., None] / np.sqrt(np.maximum(self.load_reads, 1.0))
         return np.where(self.load_reads > 0, measured, UNMEASURED_LOAD_SD * self.typical_load)
 
-    def apparent_response(self, finger: Finger) -> FloatArray:
-        """Largest reading per N/m of each element among the touches near it, (m,), for the start of a fit.
+    def apparent_response(self, finger: Finger, expected: FloatArray) -> FloatArray:
+        """Response of each element, reading per N/m, (m,), for the start of a fit.
 
-        For an element without readings it is the median of the others.
+        It is the largest reading per N/m among the touches near the element. Touches that are only beside it read much
+        less, with the other sign where the rubber is stretched. Then the response is from a regression on the expected
+        readings. For an element without readings it is the median of the others.
+
+        Parameters
+        ----------
+        finger : Finger
+            Nominal geometry.
+        expected : (t, m) array
+            Readings of these touches if the finger is as its priors say and all responses are 1.
 
         Raises
         ------
         InputError
             If no touch is near an element that has readings.
         """
-        away = np.abs(turned(np.degrees(self.angle)[:, None] - finger.element_angles_deg))
-        near = (away < NEAR_DEG) & ~self.missing
-        unreached = ~near.any(axis=0) & ~self.missing.all(axis=0)
+        self.check_near(finger)
+        share = np.where(self._near(finger), np.nan_to_num(self.readings) / self.load[:, None], 0.0)
+        response = np.take_along_axis(share, np.abs(share).argmax(axis=0)[None], axis=0)[0]
+        expected = np.where(self.missing, 0.0, expected)
+        regressed = (expected * np.where(self.missing, 0.0, self.readings)).sum(axis=0)
+        regressed /= np.maximum((expected**2).sum(axis=0), np.finfo(float).tiny)
+        # No touch reads more than an edge above the element. If the largest reading is less than half of what this edge
+        # would read, no touch is above the element. The reading of a dead element is noise, and its mean is smaller.
+        response = np.where(np.abs(regressed) > 2 * np.abs(response), regressed, response)
+        alive = response != 0
+        return np.where(alive, response, np.median(response[alive]) if alive.any() else 1.0)
+
+    def check_near(self, finger: Finger) -> None:
+        """Raise an error if an element that has readings has no touch near it.
+
+        Raises
+        ------
+        InputError
+            The message names the elements.
+        """
+        unreached = ~self._near(finger).any(axis=0) & ~self.missing.all(axis=0)
         if unreached.any():
             names = ", ".join(f"e{i + 1:02d}" for i in np.flatnonzero(unreached))
             raise InputError(
                 f"no calibration touch comes within {NEAR_DEG:g} degrees of element {names}: its gain, depth and angle "
                 "are not identifiable; touch the finger there, or leave the element out"
             )
-        share = np.where(near, np.nan_to_num(self.readings) / self.load[:, None], 0.0)
-        response = np.take_along_axis(share, np.abs(share).argmax(axis=0)[None], axis=0)[0]
-        alive = response != 0
-        return np.where(alive, response, np.median(response[alive]) if alive.any() else 1.0)
+
+    def _near(self, finger: Finger) -> NDArray[np.bool_]:
+        """Whether each touch is near each element, and the element was read, (t, m)."""
+        away = np.abs(turned(np.degrees(self.angle)[:, None] - finger.element_angles_deg))
+        return (away < NEAR_DEG) & ~self.missing

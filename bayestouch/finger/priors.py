@@ -7,10 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
 from bayestouch.data.sensor import Finger, Sensor, finger_of
 from bayestouch.errors import InputError, nearest
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.layout import FlatPrior
+from bayestouch.finger.layout import FlatPrior, normal_approximation
+from bayestouch.finger.softest_rubber import softest
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, moved, truncated
 from bayestouch.priors.stated import check_holds
 
@@ -37,7 +40,7 @@ class FingerPriors:
         σ, and μ in MPa.
     response : Prior or None
         Absolute reading per N/m of a knife edge directly above an element. None: log-normal within a factor of 3 about
-        the largest reading over load near the element.
+        `apparent_response`.
     noise : Prior or None
         Standard deviation of one raw reading. None: log-normal within a factor of 10 about 1 % of the peak reading.
     discrepancy : Prior or None
@@ -126,10 +129,41 @@ class FingerPriors:
                 raise InputError(f"prior of {name}: {error}") from None
         return replace(self, **changes)
 
+    def apparent_response(self, finger: Finger, known: KnownTouches) -> FloatArray:
+        """Response of each element for the start of a fit, (m,), see `KnownTouches.apparent_response`.
+
+        Raises
+        ------
+        InputError
+            If no touch is near an element that has readings.
+        """
+        depth, turn, sigma, log_mu = (
+            normal_approximation(prior, logarithmic)[0]
+            for prior, logarithmic in (
+                (self.sensing_radius, False),
+                (self.angle, False),
+                (self.poisson_ratio, False),
+                (self.shear_modulus, True),
+            )
+        )
+        m, load = finger.n_elements, float(known.load.max())
+        chain = FingerChain(
+            core_radius_mm=finger.core_radius_mm,
+            outer_radius_mm=finger.outer_radius_mm,
+            response=np.ones(m),
+            sensing_radius_mm=np.full(m, depth),
+            angle=np.radians(finger.element_angles_deg) + np.radians(turn),
+            offset=np.zeros(m),
+            poisson_ratio=sigma,
+            shear_modulus_MPa=float(np.exp(max(log_mu, softest(finger, load, sigma)))),
+            largest_load=load,
+        )
+        return known.apparent_response(finger, chain.predict(known.radius_mm, known.angle, known.load))
+
     def flat(self, finger: Finger, known: KnownTouches) -> FlatPrior:
         """Priors of all coordinates of the flat vector, for these touches."""
         m = finger.n_elements
-        apparent = np.abs(known.apparent_response(finger))
+        apparent = np.abs(self.apparent_response(finger, known))
         nominal = np.radians(finger.element_angles_deg)
         response = [self.response or LogNormal(float(one), np.log(3.0)) for one in apparent]
         peak = apparent * known.typical_load
