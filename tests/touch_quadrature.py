@@ -42,7 +42,7 @@ class OneTouch:
     def of(
         cls, calibration: Calibration, readings: np.ndarray, samples: int, load: float, extra: np.ndarray | float = 0.0
     ) -> OneTouch:
-        """Mean of samples; priors as documented: 20° beyond the elements, three typical loads."""
+        """Mean of samples; priors as documented: 20° beyond the elements, three typical or 1.5 largest loads."""
         chain = finger_chain(calibration)
         sd = np.hypot(calibration.noise.tactile_sd / np.sqrt(samples), calibration.noise.discrepancy_sd)
         margin = np.radians(20)
@@ -53,7 +53,9 @@ class OneTouch:
             load=load,
             load_sd=calibration.noise.force_sd / np.sqrt(samples),
             location=(chain.angle.min() - margin, chain.angle.max() + margin),
-            largest_load=3 * float(calibration.settings["typical_load"]),
+            largest_load=max(
+                3 * float(calibration.settings["typical_load"]), 1.5 * float(np.nanmax(calibration.rows.load))
+            ),
         )
 
     def log_likelihood(self, radius: np.ndarray, angle: np.ndarray, load: np.ndarray) -> np.ndarray:

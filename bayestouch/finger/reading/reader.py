@@ -19,6 +19,12 @@ from bayestouch.finger.reading.signal_noise import SignalNoise
 from bayestouch.priors.indenters import IndenterPrior, UniformRadius
 from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.reading.ends import is_at_the_end
+from bayestouch.results.objects import Calibration
+
+# The prior of P ends at the larger of so many typical loads and so many times the largest load of the calibration. The
+# two are equal where the largest load is twice the typical one. Contacts are tabulated farther, up to
+# `bayestouch.finger.likelihood.LOAD_REACH` times the largest load.
+TYPICAL_LOADS, LARGEST_LOADS = 3.0, 1.5
 
 
 class CalibratedFinger(Protocol):
@@ -155,18 +161,33 @@ class IndenterPriors:
     load: Prior
 
     @classmethod
-    def of(cls, chain: CalibratedFinger, typical_load: float, indenter: IndenterPrior | None = None) -> IndenterPriors:
+    def of(
+        cls,
+        chain: CalibratedFinger,
+        typical_load: float,
+        indenter: IndenterPrior | None = None,
+        *,
+        largest_load: float = 0.0,
+    ) -> IndenterPriors:
         """Prior of the indenter (default: uniform in R from edge to flat), uniform priors of θ_c and P.
 
         θ_c is within 20° of the elements, but in one turn at most, so that no location occurs twice. P is at most three
-        typical loads.
+        typical loads, or half as much again as the largest load of the calibration, if that is more.
         """
         margin = min(float(np.radians(20)), max(0.0, np.pi - 0.5 * float(np.ptp(chain.angle))))
         return cls(
             radius=(indenter or UniformRadius()).radius_prior(chain.outer_radius_mm),
             location=Uniform(float(chain.angle.min() - margin), float(chain.angle.max() + margin)),
-            load=Uniform(0.0, 3 * typical_load),
+            load=Uniform(0.0, max(TYPICAL_LOADS * typical_load, LARGEST_LOADS * largest_load)),
         )
+
+    @classmethod
+    def of_calibration(
+        cls, chain: CalibratedFinger, calibration: Calibration, indenter: IndenterPrior | None = None
+    ) -> IndenterPriors:
+        """Priors of a touch on a calibrated finger, as `of` with the loads of its calibration."""
+        largest = float(np.fmax.reduce(calibration.rows.load, initial=0.0))
+        return cls.of(chain, float(calibration.settings["typical_load"]), indenter, largest_load=largest)
 
     def cut_off(self, angle: FloatArray, load: FloatArray) -> BoolArray:
         """Whether an end of the prior of location or load cuts off the posterior of a touch, (t,).

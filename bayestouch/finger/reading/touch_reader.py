@@ -107,8 +107,8 @@ class FingerTouchReader:
         typical = float(calibration.settings["typical_load"])
         effects_chain = ChainWithEffects.of(calibration) if calibration.has_effects else None
         modulus = None if options.plug_in else _modulus(calibration, options)
-        chain, table, covariance = _model(calibration, typical, effects_chain, modulus)
-        priors = _with_blunt_edges(IndenterPriors.of(chain, typical, options.indenter), effects_chain)
+        chain, table, covariance = _model(calibration, effects_chain, modulus)
+        priors = _with_blunt_edges(IndenterPriors.of_calibration(chain, calibration, options.indenter), effects_chain)
         noise, given = calibration.noise, covariance
         if modulus is not None:
             assert isinstance(covariance, CalibrationCovariance | CovarianceWithPlaces)
@@ -200,7 +200,8 @@ class FingerTouchReader:
         sampler, chosen = self.sampler, block.select(some)
         readings = chosen.readings.with_independent_loads()
         covariance = self.covariance if readings.context is None else readings.context.covariance
-        priors = IndenterPriors.of(sampler.chain, self.typical_load)
+        uniform = UniformRadius().radius_prior(sampler.chain.outer_radius_mm)
+        priors = replace(sampler.priors, radius=uniform)
         return FingerMisfit(
             sampler.chain,
             sampler.table,
@@ -325,7 +326,6 @@ def _modulus(calibration: Calibration, options: Options) -> RadiusOverModulus | 
 
 def _model(
     calibration: Calibration,
-    typical: float,
     effects_chain: ChainWithEffects | None,
     modulus: RadiusOverModulus | None,
 ) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
@@ -334,7 +334,7 @@ def _model(
     if modulus is not None:
         # The tables reach as far in P R' as in P R.
         elastic = elastic.with_(largest_load=elastic.largest_load * modulus.widest)
-    ends = IndenterPriors.of(elastic, typical).location.support
+    ends = IndenterPriors.of_calibration(elastic, calibration).location.support
     if calibration.has_identified_map:
         from bayestouch.finger.empirical.map import EmpiricalCalibration
         from bayestouch.finger.empirical.reading import reading_table

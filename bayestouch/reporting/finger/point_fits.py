@@ -95,7 +95,7 @@ def fit_points(
     readings = TouchReadings(read, counts, load, load_sd)
     # The search only uses what a `TouchPredictor` has: angles, outer radius, predictions.
     chain = cast(FingerChain, finger)
-    wide = IndenterPriors.of(chain, float(calibration.settings["typical_load"]))
+    wide = IndenterPriors.of_calibration(chain, calibration)
     priors = IndenterPriors(_FlatInLogit(finger.outer_radius_mm), wide.location, wide.load)
     posterior = FingerPosterior(chain, readings, priors, noise_whitener(calibration.noise, readings))
     mode = find_modes(posterior)
