@@ -99,9 +99,8 @@ def fit_finger(
     InputError
         If the touches cannot identify the parameters; the message says which touches are missing.
     """
-    known, used = KnownTouches.of(means, finger)
+    known, used = identifying_touches(means, finger)
     apparent = priors.apparent_response(finger, known)
-    check_enough(known)
     prior = priors.flat(finger, known)
     start = prior.mean[: prior.layout.n_chain].copy()
     start[prior.layout.response] = np.log(np.abs(apparent))
@@ -180,6 +179,20 @@ def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
     noise = noise_of(likelihood.known, prior.layout, vector)
     lack_of_fit = _lack_of_fit(likelihood, vector)
     return FingerFit(chain, laplace, vector, shape, noise, lack_of_fit, predicted, sd, likelihood, errors)
+
+
+def identifying_touches(means: TouchMeans, finger: Finger) -> tuple[KnownTouches, NDArray[np.bool_]]:
+    """Known touches that identify the parameters of a finger, and the mask of their rows, as `KnownTouches.of`.
+
+    Raises
+    ------
+    InputError
+        If the touches cannot identify the parameters; the message says which touches are missing.
+    """
+    known, used = KnownTouches.of(means, finger)
+    known.check_near(finger)
+    check_enough(known)
+    return known, used
 
 
 def check_enough(known: KnownTouches) -> None:

@@ -174,13 +174,7 @@ class KnownTouches:
             Nominal geometry.
         expected : (t, m) array
             Readings of these touches if the finger is as its priors say and all responses are 1.
-
-        Raises
-        ------
-        InputError
-            If no touch is near an element that has readings.
         """
-        self.check_near(finger)
         share = np.where(self._near(finger), np.nan_to_num(self.readings) / self.load[:, None], 0.0)
         response = np.take_along_axis(share, np.abs(share).argmax(axis=0)[None], axis=0)[0]
         expected = np.where(self.missing, 0.0, expected)

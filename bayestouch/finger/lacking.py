@@ -14,7 +14,8 @@ from bayestouch.data.finger import Finger
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
-from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.fit import identifying_touches
+from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.misplaced import misplaced
 
 # No finger with several elements is thinner than a hair, in mm; in metres, every finger below 100 mm looks so.
@@ -61,7 +62,8 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     try:
         table = with_calibration(dataset).calibration
         assert table is not None
-        KnownTouches.of(table.baseline_corrected().averaged(), finger)
+        FingerPriors.of(dataset.sensor)
+        identifying_touches(table.baseline_corrected().averaged(), finger)
     except InputError as error:
         yield f"cannot be calibrated: {error.message}"
         return

@@ -130,13 +130,7 @@ class FingerPriors:
         return replace(self, **changes)
 
     def apparent_response(self, finger: Finger, known: KnownTouches) -> FloatArray:
-        """Response of each element for the start of a fit, (m,), see `KnownTouches.apparent_response`.
-
-        Raises
-        ------
-        InputError
-            If no touch is near an element that has readings.
-        """
+        """Response of each element for the start of a fit, (m,), see `KnownTouches.apparent_response`."""
         depth, turn, sigma, log_mu = (
             normal_approximation(prior, logarithmic)[0]
             for prior, logarithmic in (

@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import Literal
 
 from bayestouch.chain.kernel_choice import kernel_for, kernel_names
+from bayestouch.chain.kernels import Kernel
 from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Sensor
 from bayestouch.pad.candidates import PadCandidate, add_map, fit_kernel
 from bayestouch.pad.priors import check_identifiable
 from bayestouch.pad.problem import PadProblem
@@ -28,11 +30,7 @@ def choose_model(
 ) -> tuple[PadCandidate, dict[str, PadCandidate]]:
     """The chosen model, and all fitted models by name; `earlier` has models of an equal problem, to be used again."""
     earlier = earlier or {}
-    dimensions = problem.known.location.shape[1]
-    names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
-    kernels = [problem.priors.kernel(kernel_for(name, dataset.sensor, problem.pitch_mm)) for name in names]
-    for each in kernels:
-        check_identifiable(problem.known, each, problem.usable)
+    kernels = identifiable_kernels(problem, dataset.sensor, kernel)
 
     def report(share: float) -> None:
         if progress is not None:
@@ -61,3 +59,19 @@ def choose_model(
         if rival.score > chosen.score + WORTH_A_MAP:
             chosen = rival
     return chosen, models
+
+
+def identifiable_kernels(problem: PadProblem, sensor: Sensor, kernel: str = "auto") -> list[Kernel]:
+    """The kernels to choose from: one by its name, or all but the constant one.
+
+    Raises
+    ------
+    InputError
+        The touches cannot identify the parameters of one of them.
+    """
+    dimensions = problem.known.location.shape[1]
+    names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
+    kernels = [problem.priors.kernel(kernel_for(name, sensor, problem.pitch_mm)) for name in names]
+    for each in kernels:
+        check_identifiable(problem.known, each, problem.usable)
+    return kernels

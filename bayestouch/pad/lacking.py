@@ -9,7 +9,11 @@ import numpy as np
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import pad_of
+from bayestouch.data.splits import with_calibration
+from bayestouch.errors import InputError
 from bayestouch.model.misplaced import misplaced
+from bayestouch.pad.choice import identifiable_kernels
+from bayestouch.pad.problem import pad_problem
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -27,7 +31,17 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     absent = [name for name, values in columns.items() if values is None or not np.isfinite(values).any()]
     if absent:
         yield f"cannot be calibrated: no {' and '.join(absent)}"
-    elif not np.isfinite(np.stack([np.asarray(values) for values in columns.values()])).all(axis=0).any():
+        return
+    if not np.isfinite(np.stack([np.asarray(values) for values in columns.values()])).all(axis=0).any():
         yield f"cannot be calibrated: no touch has {' and '.join(columns)}"
-    else:
-        yield from misplaced(known, np.stack(list(pad.places_mm.values()), axis=1), pad.location_columns, " mm")
+        return
+    try:
+        table = with_calibration(dataset).calibration
+        assert table is not None
+        problem, _ = pad_problem(dataset.sensor, table, samples="auto", seed=0)
+        identifiable_kernels(problem, dataset.sensor)
+    except InputError as error:
+        column = f"column {error.column}: " if error.column else ""
+        yield f"cannot be calibrated: {column}{error.message}"
+        return
+    yield from misplaced(known, np.stack(list(pad.places_mm.values()), axis=1), pad.location_columns, " mm")

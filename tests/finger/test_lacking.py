@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +12,7 @@ from known_fingers import dataset, known_touches
 
 import bayestouch
 from bayestouch.data.finger import Finger
+from bayestouch.data.touches import Touches
 from bayestouch.finger.lacking import FROM_PRIOR, PRIOR_ENOUGH, _units, shear_modulus_from_prior
 
 NOTE = "The touches say little of the shear modulus"
@@ -27,6 +30,35 @@ def test_a_finger_with_all_touches_at_one_place_cannot_be_divided() -> None:
     assert "cannot be calibrated" not in " ".join(
         bayestouch.check(replace(dataset(whole), calibration=None)).facts["advice"]
     )
+
+
+def only_two_of_e03(table: Touches) -> Touches:
+    """The third element, at -8.8°, was read in the touches at -9° alone: those with the edge and the flat."""
+    absent = (np.arange(7) == 2) & (table.angle_deg != -9)[:, None]
+    return table.with_(readings=np.where(absent, np.nan, table.readings))
+
+
+@pytest.mark.parametrize(
+    ("some", "why"),
+    [
+        (
+            lambda table: table.select(table.angle_deg <= 0),
+            "no calibration touch comes within 15 degrees of element e06",
+        ),
+        (
+            lambda table: table.select(table.angle_deg == 0),
+            "no calibration touch comes within 15 degrees of element e01",
+        ),
+        (only_two_of_e03, "fewer than 3 calibration touches were read by element e03"),
+    ],
+)
+def test_the_check_says_what_the_calibration_will_say(some: Callable[[Touches], Touches], why: str) -> None:
+    """Touches on one half of seven elements at -26.4°, -17.6° … 26.4°, at one place, or too few of an element."""
+    data = dataset(some(known_touches(1, step=3.0)))
+    told = [line for line in bayestouch.check(data).facts["advice"] if line.startswith("cannot be calibrated")]
+    assert len(told) == 1 and told[0].startswith(f"cannot be calibrated: {why}")
+    with pytest.raises(bayestouch.InputError, match=re.escape(told[0].removeprefix("cannot be calibrated: "))):
+        bayestouch.calibrate(data)
 
 
 @pytest.mark.parametrize(
