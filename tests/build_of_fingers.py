@@ -89,9 +89,16 @@ class Built:
         }
         return {name: np.asarray(value, dtype=float) for name, value in values.items()}
 
-    def touched(self, rng: np.random.Generator, tip: np.ndarray, angle: np.ndarray, samples: int = SAMPLES) -> Touches:
-        """Touches with tips of these radii (mm) at these angles (degree)."""
-        load = rng.uniform(*LOADS, len(tip))
+    def touched(
+        self,
+        rng: np.random.Generator,
+        tip: np.ndarray,
+        angle: np.ndarray,
+        samples: int = SAMPLES,
+        load: np.ndarray | None = None,
+    ) -> Touches:
+        """Touches with tips of these radii (mm) at these angles (degree), with these loads (N/m) or random ones."""
+        load = rng.uniform(*LOADS, len(tip)) if load is None else load
         index = np.repeat(np.arange(len(tip)), samples)
         clean = self.finger.signal(Press(tip, angle, load))[index]
         return touches_from(

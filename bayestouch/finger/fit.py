@@ -13,7 +13,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
-from bayestouch.finger.known_touches import LEAST_LOAD, MOST_LOAD, KnownTouches
+from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.likelihood import LOAD_REACH, FingerLikelihood
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of, noise_shape
@@ -256,7 +256,7 @@ def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatA
     weight = np.where(known.missing, 0.0, 1 / spread.sd**2)
     left = np.where(known.missing, 0.0, known.readings - predicted)
     step = (slope * left * weight).sum(axis=1) / ((slope**2 * weight).sum(axis=1) + spread.load_sd**-2.0)
-    bounded = np.clip(known.load + step, LEAST_LOAD * known.typical_load, MOST_LOAD * known.typical_load)
+    bounded = np.clip(known.load + step, *known.searched_loads)
     return np.where(known.load_reads == 0, bounded, known.load)
 
 

@@ -18,8 +18,10 @@ from bayestouch.errors import InputError
 # Standard deviation of the prior of an unmeasured load about its estimate from the readings, over the mean load: nearly
 # flat. The density has a factor 1/P in addition, see `bayestouch.finger.density.log_prior_of_loads`.
 UNMEASURED_LOAD_SD = 10.0
-# Range in which an unmeasured load is searched, over the mean load.
+# Range in which an unmeasured load is searched: from and to so many times the mean load, or farther, to half of the
+# smallest and half as much again as the largest load that was measured.
 LEAST_LOAD, MOST_LOAD = 0.05, 3.0
+BELOW_SMALLEST, ABOVE_LARGEST = 0.5, 1.5
 # Largest angle between element and touch, degree, for the starting value of the response of the element.
 NEAR_DEG = 15.0
 
@@ -150,11 +152,18 @@ class KnownTouches:
         """Median number of raw readings in a mean."""
         return float(np.median(self.counts[self.counts > 0]))
 
+    @property
+    def searched_loads(self) -> tuple[float, float]:
+        """Lowest and highest load that is searched for a touch whose load was not measured, N/m."""
+        measured = self.load[self.load_reads > 0]
+        low = min(LEAST_LOAD * self.typical_load, BELOW_SMALLEST * float(measured.min()))
+        return low, max(MOST_LOAD * self.typical_load, ABOVE_LARGEST * float(measured.max()))
+
     def load_range(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest load (t,) at which each touch is evaluated, N/m."""
         measured = self.load_reads > 0
-        low = np.where(measured, 0.97 * self.load, LEAST_LOAD * self.typical_load)
-        return low, np.where(measured, 1.03 * self.load, MOST_LOAD * self.typical_load)
+        low, high = self.searched_loads
+        return np.where(measured, 0.97 * self.load, low), np.where(measured, 1.03 * self.load, high)
 
     def load_sd(self, force_sd: float | FloatArray) -> FloatArray:
         """Standard deviation (..., t) of the true load about `load`, N/m, for noise (...) of the force sensor, N/m."""

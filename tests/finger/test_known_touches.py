@@ -80,3 +80,35 @@ def test_the_other_polarity_of_one_element_gives_the_same_gain_with_the_other_si
         "The gain of e03 has the other sign than those of most elements: readings fall under a touch where those "
         "of the others rise, or rise where they fall. If it is not built so, look at wires and signs of the tables."
     ]
+
+
+def test_loads_that_were_not_measured_are_searched_as_far_as_those_that_were() -> None:
+    """From 0.05 to three times the mean, or from half of the smallest to half as much again as the largest."""
+    known = touches(np.ones(2))
+    assert known.searched_loads == pytest.approx((0.05 * 70 / 3, 3 * 70 / 3))
+    wide = replace(known, load=np.array([1.0, 8.0, 90.0]))
+    assert wide.searched_loads == pytest.approx((0.5, 135.0))
+    first = replace(wide, load_reads=np.array([1.0, 1.0, 0.0]))
+    assert first.searched_loads == pytest.approx((0.05 * 4.5, 3 * 4.5))
+    low, high = replace(wide, load_reads=np.array([1.0, 0.0, 1.0])).load_range()
+    assert low == pytest.approx([0.97, 0.5, 87.3]) and high == pytest.approx([1.03, 3 * 45.5, 92.7])
+
+
+@pytest.mark.parametrize("seed", [4, 5, 7])
+def test_a_finger_whose_large_loads_are_not_measured(seed: int) -> None:
+    """Loads from 10 to 1,000 N/m; of those above 300 N/m only the largest is measured.
+
+    These fingers had a rms of 3.0, 4.7 and 3.3 sd. The mean of seven squares is above 4 once in 4,000 fingers.
+    """
+    rng = np.random.default_rng(seed)
+    built = Build(n_elements=6, sigma=0.46, sigma_sd=0.01).draw(rng)
+    angle = np.concatenate([np.arange(-31.0, 31.1, 3.0), np.arange(-31.0, 31.1, 6.0)])
+    tip = np.repeat([0.0, np.inf], [21, 11])
+    load = np.exp(rng.uniform(np.log(10), np.log(1000), len(tip)))
+    table = built.touched(rng, tip, angle, load=load)
+    lost = (load > 300) & (load < load.max())
+    table = replace(table, load=np.where(lost, np.nan, 1.0)[table.touch] * table.load)
+    calibration = bayestouch.calibrate(bayestouch.DataSet(built.build.sensor, table, table), draws=400)
+    draws = np.column_stack([np.log(calibration.posterior[name]).reshape(400, -1) for name in ("mu", "response")])
+    truth = np.log([float(built.truth["mu"]), *built.response])
+    assert np.sqrt((((draws.mean(axis=0) - truth) / draws.std(axis=0)) ** 2).mean()) < 2
