@@ -29,7 +29,7 @@ from bayestouch.model.timing import Timing
 from bayestouch.pad.added_noise import NoiseByEffects, NoiseWithEffects
 from bayestouch.pad.calibration import ChosenPad, choose_pad, drawn
 from bayestouch.pad.candidates import PadCandidate
-from bayestouch.pad.choice import WORTH_A_MAP
+from bayestouch.pad.choice import CLEARLY_BETTER
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.effect_changes import changes_of, with_changes
@@ -198,7 +198,7 @@ def finer_if_better(chosen: ChosenPad) -> tuple[ChosenPad, PadMap | None]:
     Else the same model with a note, and None.
     """
     finer, first = (make(chosen.problem, chosen.model) for make in (FinerMap.of, FinerMap.first))
-    if finer.model.score <= first.model.score + WORTH_A_MAP:
+    if finer.model.score <= first.model.score + CLEARLY_BETTER:
         return replace(chosen, notes=[*chosen.notes, NO_FINER]), None
     return replace(chosen, model=finer.model, notes=[*chosen.notes, FINER]), finer.tabulated()
 

@@ -15,6 +15,7 @@ from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.shared_errors import with_shared_errors
 from bayestouch.pad.table import tabulate
+from bayestouch.pad.tied import note_on_tie
 from bayestouch.priors.far_from_priors import far_from_priors
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import USABLE
@@ -161,6 +162,8 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
             f"of the models tried, {name} is chosen, by how well calibration readings left out are predicted "
             f"(log predictive density of the others against it: {scores})"
         )
+    tie = note_on_tie(name, model, rivals)
+    notes += [tie] if tie else []
     if model.place_error:
         notes.append(
             f"touches that are left out look as if they were {model.place_error:.2g} mm elsewhere, beyond the noise: "

@@ -214,7 +214,7 @@ def test_a_finer_map_that_is_not_used_has_no_errors_of_its_own(monkeypatch: pyte
 
     They were those of the fit with the correction, though the calibration had no bit of it.
     """
-    monkeypatch.setattr("bayestouch.pad.calibration_with_effects.WORTH_A_MAP", np.inf)
+    monkeypatch.setattr("bayestouch.pad.calibration_with_effects.CLEARLY_BETTER", np.inf)
     pad, table = bent(4, 240)
     found = bayestouch.diagnose(replace(pad.dataset(table), calibration=None), kernel="gaussian", sample=False)
     numbers = found.numbers

@@ -82,7 +82,8 @@ def test_scores_of_the_other_models_have_no_minus_zero() -> None:
     rivals: Any = {name: SimpleNamespace(score=score) for name, score in scores.items()}
     kernel = SimpleNamespace(parameters=())
     chain = SimpleNamespace(values=())
-    model: Any = SimpleNamespace(score=7.0, place_error=0.0, kernel=kernel, fit=SimpleNamespace(chain=chain))
+    fit = SimpleNamespace(chain=chain)
+    model: Any = SimpleNamespace(score=7.0, place_error=0.0, kernel=kernel, fit=fit, has_map=False)
     problem: Any = SimpleNamespace(known=SimpleNamespace(pure_error_variance=np.ones(1)))
     (note,) = _model_notes(problem, model, "layer", rivals)
     assert note.endswith("against it: layer with map +0, gaussian -1, map alone +2)")
