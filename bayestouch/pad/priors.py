@@ -16,6 +16,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.errors import InputError, nearest
 from bayestouch.pad.known_touches import highest_reading_location, readings_without_load
+from bayestouch.pad.shift import common_shift
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, Uniform, moved, truncated
 from bayestouch.priors.stated import check_holds
 from bayestouch.results.keys import STATED_PRIORS
@@ -51,7 +52,7 @@ class PadPriors:
     position_sd : float
         Standard deviation of the prior of a position, mm.
     moved : str
-        One sentence on the shift of the nominal positions; empty if it is below 0.05 mm.
+        One sentence on the shift of the nominal positions, the centres of the priors; empty if it is below 0.05 mm.
     stated : mapping of str to Prior
         Priors stated by the user, by name of the parameter: parameters of kernels, ``gain`` and ``offset`` (value of
         each element), ``x_s`` and ``y_s`` (difference from `position`, mm).
@@ -202,9 +203,10 @@ def pad_priors(
 ) -> tuple[PadPriors, tuple[str, ...]]:
     """Priors of a pad, and their assumptions, one sentence each.
 
-    The origin of the stage is unknown: all elements are shifted by the median difference between the location of the
-    highest readings of an element and its nominal position. The signal of an element is the 99.5 % quantile of the
-    deviations of its readings from their median; if loads vary, it is the standard deviation of the readings.
+    The origin of the stage is unknown: all elements are shifted together (`bayestouch.pad.shift`), from the median
+    difference between the location of the highest readings of an element and its nominal position. The signal of an
+    element is the 99.5 % quantile of the deviations of its readings from their median; if loads vary, it is the
+    standard deviation of the readings.
 
     Raises
     ------
@@ -231,9 +233,11 @@ def pad_priors(
     # Without touch a reading is the offset, whatever the load: divided by loads that vary, it would be a signal.
     at_rest = np.zeros(len(nominal)) if rest_subtracted else readings_without_load(known)
     peaks = highest_reading_location(replace(known, readings=known.readings - at_rest)) - nominal
-    shift = np.median(peaks[usable], axis=0)
+    largest = np.median(peaks[usable], axis=0)
+    shift = common_shift(known, nominal, largest, usable, rest_subtracted=rest_subtracted)
     off = np.sqrt(((peaks - shift) ** 2).sum(axis=1))
     named = " and ".join(f"{value:+z.1f} mm in {axis}" for value, axis in zip(shift, COORDINATES, strict=False))
+    placed = [f"{axis}_s" for axis in COORDINATES[: len(shift)]]
     notes = []
     far = usable & (off > 3 * _POSITION_SD_MM)
     if far.any():
@@ -246,7 +250,8 @@ def pad_priors(
             offset_sd=(1.0 if rest_subtracted else 3.0) * amplitude * typical,
             position=nominal + shift,
             position_sd=_POSITION_SD_MM,
-            moved=f"element positions are moved by {named} to where readings peak: the stage's origin is not known"
+            moved=f"priors of the elements' places are centred {named} from the stated places, by where readings are "
+            f"large: the stage's origin is not known. The places found are {' and '.join(placed)}"
             if np.abs(shift).max() >= 0.05
             else "",
         ),
