@@ -14,6 +14,7 @@ from bayestouch.errors import InputError
 from bayestouch.model.misplaced import misplaced
 from bayestouch.pad.choice import identifiable_kernels
 from bayestouch.pad.problem import pad_problem
+from bayestouch.pad.reached import Reached
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -45,3 +46,5 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
         yield f"cannot be calibrated: {column}{error.message}"
         return
     yield from misplaced(known, np.stack(list(pad.places_mm.values()), axis=1), pad.location_columns, " mm")
+    if note := Reached.of(problem.priors.position, problem.known.location).note(problem.usable):
+        yield note

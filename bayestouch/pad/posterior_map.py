@@ -11,6 +11,7 @@ from scipy.special import ndtr
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.ridges import ridges_of
 from bayestouch.pad.density import PadDensity
+from bayestouch.pad.loose_gains import LooseGains
 from bayestouch.pad.quadratic import Quadratic
 from bayestouch.pad.shared_terms import SharedTerms
 from bayestouch.sampling.bounds import normal_between
@@ -107,6 +108,8 @@ class PadPosteriorMap:
         Weights of these functions in the lower Cholesky factor of the precision of the entries of the elements.
     ridges : Ridges
         From the coordinates to the vector.
+    loose : LooseGains
+        Gains that may be zero, given the places.
     """
 
     shared: IntArray
@@ -118,13 +121,15 @@ class PadPosteriorMap:
     step: FloatArray
     root: FloatArray
     ridges: Ridges
+    loose: LooseGains
 
     @classmethod
     def of(cls, density: PadDensity, seed: int) -> PadPosteriorMap:
         """Fit the weights to solutions for the entries of the elements at several values of the shared entries."""
         mean, covariance = density.approximation(FARTHEST)
         m, dimensions = density.model.pad.position.shape
-        mode, d = density.mode, len(mean)
+        loose = LooseGains.of(density, np.sqrt(np.diag(covariance)[:m]))
+        mode, d = loose.centred(density.mode), len(mean)
         own, shared = np.arange((2 + dimensions) * m), np.arange((2 + dimensions) * m, d)
         gain = np.full(d, -1)
         fixed = np.flatnonzero(np.abs(mode[:m]) > FIXED_GAIN * np.sqrt(np.diag(covariance)[:m]))
@@ -166,6 +171,7 @@ class PadPosteriorMap:
             np.asarray(fit @ np.array([each.step for each in solved]), dtype=np.float64),
             np.asarray(np.tensordot(fit, np.array([each.root for each in solved]), axes=1), dtype=np.float64),
             ridges,
+            loose,
         )
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -178,7 +184,8 @@ class PadPosteriorMap:
         vectors[:, self.shared], log_derivative = self.bounded(points[:, :k])
         terms = self.terms(vectors[:, self.shared])
         root = np.asarray(np.tensordot(terms, self.root, axes=1), dtype=np.float64)
-        step = terms @ self.step + solve_lower(root, points[:, k:], transposed=True)
+        about = terms @ self.step
+        step = about + solve_lower(root, points[:, k:], transposed=True)
         log_derivative = log_derivative - np.log(np.abs(np.diagonal(root, axis1=1, axis2=2))).sum(axis=1)
         vectors[:, self.own] = self.centre[self.own] + np.where(self.gain[self.own] >= 0, 0.0, step)
         vectors, more = self.ridges(vectors)
@@ -187,6 +194,9 @@ class PadPosteriorMap:
             gain = vectors[:, self.gain[i]]
             vectors[:, i] += step[:, i] / gain
             log_derivative = log_derivative - np.log(np.abs(gain))
+        if len(self.loose.elements):
+            vectors, more = self.loose.given_places(vectors, about[:, self.loose.elements])
+            log_derivative = log_derivative + more
         return vectors, log_derivative
 
 

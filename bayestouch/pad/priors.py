@@ -15,8 +15,8 @@ from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.errors import InputError, nearest
-from bayestouch.pad.known_touches import highest_reading_location, readings_without_load
-from bayestouch.pad.shift import common_shift
+from bayestouch.pad.reached import Reached
+from bayestouch.pad.shift import shift_of_elements
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, Uniform, moved, truncated
 from bayestouch.priors.stated import check_holds
 from bayestouch.results.keys import STATED_PRIORS
@@ -206,7 +206,8 @@ def pad_priors(
     The origin of the stage is unknown: all elements are shifted together (`bayestouch.pad.shift`), from the median
     difference between the location of the highest readings of an element and its nominal position. The signal of an
     element is the 99.5 % quantile of the deviations of its readings from their median; if loads vary, it is the
-    standard deviation of the readings.
+    standard deviation of the readings. Elements that no touch is near to have the signal of the others
+    (`bayestouch.pad.reached`).
 
     Raises
     ------
@@ -230,16 +231,14 @@ def pad_priors(
     if not usable.any():
         raise InputError("no element responds: every one's readings are missing or all the same")
     amplitude = np.where(usable, amplitude, np.nanmedian(amplitude))
-    # Without touch a reading is the offset, whatever the load: divided by loads that vary, it would be a signal.
-    at_rest = np.zeros(len(nominal)) if rest_subtracted else readings_without_load(known)
-    peaks = highest_reading_location(replace(known, readings=known.readings - at_rest)) - nominal
-    largest = np.median(peaks[usable], axis=0)
-    shift = common_shift(known, nominal, largest, usable, rest_subtracted=rest_subtracted)
+    peaks, shift = shift_of_elements(known, nominal, usable, rest_subtracted=rest_subtracted)
+    reached = Reached.of(nominal + shift, known.location)
+    amplitude = reached.sizes(amplitude, usable)
     off = np.sqrt(((peaks - shift) ** 2).sum(axis=1))
     named = " and ".join(f"{value:+z.1f} mm in {axis}" for value, axis in zip(shift, COORDINATES, strict=False))
     placed = [f"{axis}_s" for axis in COORDINATES[: len(shift)]]
-    notes = []
-    far = usable & (off > 3 * _POSITION_SD_MM)
+    notes = [note] if (note := reached.note(usable)) else []
+    far = usable & reached.pressed & (off > 3 * _POSITION_SD_MM)
     if far.any():
         names = ", ".join(f"e{e + 1:02d}" for e in np.flatnonzero(far))
         notes.append(f"readings of {names} peak more than {3 * _POSITION_SD_MM:g} mm from the element's place")

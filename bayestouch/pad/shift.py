@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.pad import element_pitch
 from bayestouch.data.averages import TouchMeans
+from bayestouch.pad.known_touches import highest_reading_location, readings_without_load
 
 # Widths of the Gaussian that are tried, over the pitch: from much narrower than it to wider than any kernel that can
 # still distinguish neighbours.
@@ -23,6 +25,17 @@ _TOUCHES = 200
 # the squares fell by less than a third; where the largest readings of simulated pads were more than a millimetre beside
 # the elements, they fell by more than half. Less than a millimetre does not matter: the priors are 3 mm wide.
 _BETTER = 0.5
+
+
+def shift_of_elements(
+    known: TouchMeans, nominal: FloatArray, usable: BoolArray, *, rest_subtracted: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Difference (m, D) of each element's largest reading from its nominal place, and `common_shift` (D,), mm."""
+    # Without touch a reading is the offset, whatever the load: divided by loads that vary, it would be a signal.
+    at_rest = np.zeros(len(nominal)) if rest_subtracted else readings_without_load(known)
+    peaks = highest_reading_location(replace(known, readings=known.readings - at_rest)) - nominal
+    largest = np.median(peaks[usable], axis=0)
+    return peaks, common_shift(known, nominal, largest, usable, rest_subtracted=rest_subtracted)
 
 
 def common_shift(

@@ -69,3 +69,21 @@ def test_the_check_says_what_the_calibration_will_say(places: int, readings: int
     else:
         with pytest.raises(bayestouch.InputError, match=why.removeprefix("column e02: ")):
             bayestouch.calibrate(data)
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_elements_that_no_touch_comes_near_to_are_named(missing: bool) -> None:
+    """Two by three elements 6 mm apart, touched below y = 7 mm; the last two are 5 mm more than the pitch away."""
+    places = np.array([[x, y] for y in (0.0, 6.0, 18.0) for x in (0.0, 6.0)])
+    rng = np.random.default_rng(0)
+    touched, load = rng.uniform([-2.0, -2.0], [8.0, 7.0], (60, 2)), rng.uniform(1.0, 3.0, 60)
+    away = np.sqrt(((touched[:, None] - places) ** 2).sum(axis=2))
+    readings = 50 + load[:, None] * 100 * np.exp(-0.5 * (away / 3) ** 2) + rng.standard_normal((60, 6))
+    loads = {} if missing else {"load": load}
+    touches = touches_from(np.arange(60), readings, x_mm=touched[:, 0], y_mm=touched[:, 1], **loads)
+    sensor = Sensor("half touched", Pad(tuple(places[:, 0]), tuple(places[:, 1])))
+    advice = bayestouch.check(DataSet(sensor, touches, touches)).facts["advice"]
+    told = [line for line in advice if line.startswith("no calibration touch comes within")]
+    assert len(told) == 1 and "within 6 mm, the distance between elements, of e05 and e06: their gains" in told[0]
+    notes = bayestouch.calibrate(DataSet(sensor, touches, touches), kernel="gaussian", e_map="model", draws=8).notes
+    assert told[0] in notes
