@@ -10,10 +10,10 @@ from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.sample_rows import reads_of_rows
 from bayestouch.data.touches import Touches
 from bayestouch.errors import few
+from bayestouch.output.text import plural
 
 #: Why an element is left out.
 DEAD = "no readings, or the same one in every row"
-WITHOUT_LOAD = "calibration touches without a load above zero are left out"
 
 
 def have_references(table: Touches, references: tuple[str, ...]) -> BoolArray:
@@ -52,7 +52,12 @@ def of_measured_load(table: Touches, rows: BoolArray, *, needs_load: bool) -> tu
     lacking = np.unique(group[rows & ~measured[group]])
     if not (needs_load and measured.any() and len(lacking)):
         return rows, ()
-    return rows & measured[group], (f"{len(lacking)} {WITHOUT_LOAD}",)
+    return rows & measured[group], (without_load(len(lacking)),)
+
+
+def without_load(count: int) -> str:
+    """A note on touches of a fit, of one table or of two, that lack a load."""
+    return f"{plural(count, 'touch')} without a load above zero: left out of the fit"
 
 
 def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:

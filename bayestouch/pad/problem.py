@@ -19,7 +19,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.timing import Timing
-from bayestouch.model.usable_touches import WITHOUT_LOAD
+from bayestouch.model.usable_touches import without_load
 from bayestouch.pad.added_noise import NoiseByEffects, NoiseWithEffects
 from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
 from bayestouch.pad.noise import LeftOut, fit_noise
@@ -201,7 +201,7 @@ def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, l
     if not usable.any():
         raise InputError("every measured load is below zero: the gains are not identifiable", column="load_N")
     if not usable.all():
-        notes.append(f"{int((~usable).sum())} {WITHOUT_LOAD}")
+        notes.append(without_load(int((~usable).sum())))
     force_sd, assumed = stated_or_assumed_noise(sensor, known.load[usable])
     return known.select(usable), force_sd, [*notes, *assumed]
 

@@ -103,10 +103,22 @@ def test_touches_of_a_pad_without_a_load_are_left_out_where_others_have_one() ->
     found = data.SplitData.of_calibration(DataSet(made.sensor, lacking, made.touches))
     without = np.unique(found.table.touch[np.isnan(found.table.load)])
     assert not np.isin(found.table.touch[found.training], without).any()
-    assert f"{len(without)} calibration touches without a load above zero are left out" in found.notes
+    assert f"{len(without)} touches without a load above zero: left out of the fit" in found.notes
     # Where no load is measured, all touches stay.
     unmeasured = lacking.with_(load=np.full(lacking.n_rows, NAN))
     assert data.SplitData.of_calibration(DataSet(made.sensor, unmeasured, made.touches)).training.all()
+
+
+def test_touches_to_be_read_without_a_load_are_not_called_calibration_touches() -> None:
+    """All calibration touches have loads; the touches to be read that join their fit have none."""
+    made = simulate(PadDesign(element_x_mm=(0.0, 5.0, 10.0), element_y_mm=None, n_touches=60), seed=1).dataset
+    assert made.calibration is not None
+    assert (made.calibration.load[made.calibration.in_contact] > 0).all()
+    unmeasured = made.touches.with_(load=np.full(made.touches.n_rows, NAN))
+    found = data.SplitData.of(DataSet(made.sensor, made.calibration, unmeasured))
+    count = len(np.unique(made.touches.touch)) // 2
+    (note,) = [note for note in found.notes if "load above zero" in note]
+    assert note == f"{count} touches without a load above zero: left out of the fit"
 
 
 @pytest.mark.parametrize(("load_range", "looked_for"), [((200.0, 200.0), False), ((160.0, 240.0), True)])
