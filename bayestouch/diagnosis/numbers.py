@@ -40,6 +40,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
             "touches": len(np.unique(data.table.touch[data.training | data.held_out])),
             "elements": data.dataset.sensor.n_elements,
             "held_out_touches": data.n_held_out,
+            "unreferenced": data.unreferenced,
             "elements_left_out": left_out_elements(data.table, data.training | data.held_out),
             "fingerprints": data_fingerprints(dataset),
         },

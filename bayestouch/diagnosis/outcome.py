@@ -206,13 +206,24 @@ def is_tested(numbers: Mapping[str, Any]) -> bool:
     return bool(numbers["data"]["held_out_touches"])
 
 
+def why_untested(numbers: Mapping[str, Any]) -> tuple[str, str]:
+    """Why nothing was tested, where no touch was held out: in short, and as a clause."""
+    # Files of earlier versions do not contain this key.
+    if numbers["data"].get("unreferenced"):
+        return "Not tested", "no touch to be read has references, so that none was held out"
+    return "Too few touches to say", "none were held out, so that nothing was tested"
+
+
+def untested_verdict(numbers: Mapping[str, Any]) -> str:
+    """Sentence on the final model by its own touches, where no touch was held out."""
+    return f"By the touches of the fit alone: {verdict_word(numbers)}."
+
+
 def verdict_sentence(numbers: Mapping[str, Any]) -> str:
     """Sentence on the final model, in agreement with the lack of fit that is printed; and on what is not used."""
     if not is_tested(numbers):
-        return (
-            "Too few touches to say: none were held out, so that nothing was tested. By the touches of the fit alone: "
-            f"{verdict_word(numbers)}."
-        )
+        short, why = why_untested(numbers)
+        return f"{short}: {why}. {untested_verdict(numbers)}"
     refused = not_used(numbers)
     if not refused:
         return _of_final_model(numbers)

@@ -24,6 +24,11 @@ from bayestouch.model.usable_touches import have_references, of_measured_load, r
 # Smallest number of touches with references for a split of the touches to be read, and for a split of the calibration.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
 TOO_FEW = "too few touches to hold any out: errors are not estimated"
+# The same where `touches.csv` gives none of its touches a known tip and place.
+NO_REFERENCES = (
+    "no touch to be read has references ({columns}), and too few calibration touches have them to hold any out: errors "
+    "are not estimated"
+)
 NOTHING_KNOWN = (
     "no touch that presses has a known indenter, location and reading, so that there is nothing to fit: give "
     "indenter_radius_mm (on a finger) and the location for some touches at least"
@@ -67,6 +72,8 @@ class SplitData:
         The training rows that the search for effects uses; None for all.
     removed : (2, m) array or None
         Errors of the two rest readings that were taken out, see `without_rest_errors`; None for none.
+    unreferenced : bool
+        Whether no touch to be read has references, so that none of them can be held out.
     """
 
     dataset: DataSet
@@ -83,6 +90,7 @@ class SplitData:
     shared_reads: FloatArray
     chosen: BoolArray | None = None
     removed: FloatArray | None = None
+    unreferenced: bool = False
 
     @property
     def searched(self) -> BoolArray:
@@ -124,7 +132,8 @@ class SplitData:
             held[known & ~read] = _turns(table, known & ~read) % 4 == 2
             how = "too few touches to be read have references: every fourth calibration touch is held out"
         else:
-            how = TOO_FEW
+            columns = " and ".join(name for name in body.references if getattr(table, name) is not None)
+            how = TOO_FEW if (known & read).any() else NO_REFERENCES.format(columns=columns)
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
         training, left_out = of_measured_load(table, (known & ~held)[group], needs_load=body.needs_load)
@@ -144,6 +153,7 @@ class SplitData:
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, *about, first.note, second.note) if note)),
             rest_source=source,
             shared_reads=reads,
+            unreferenced=not (known & read).any(),
         )
 
     @classmethod

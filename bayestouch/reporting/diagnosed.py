@@ -58,7 +58,7 @@ def light_diagnosis(
     With `baselines`, which need `read` and a pad, errors of the same touches read by regression without physics too.
     """
     from bayestouch.diagnosis import diagnose
-    from bayestouch.diagnosis.outcome import sentences
+    from bayestouch.diagnosis.outcome import is_tested, sentences
     from bayestouch.diagnosis.pictures import diagnosis_pictures
 
     searching = staged(progress, 0.0, _SEARCHED) if baselines else progress
@@ -68,7 +68,9 @@ def light_diagnosis(
         none: dict[str, Any] = {"baselines": []} if baselines else {}
         return Diagnosed({"missing": f"No effect was searched for: {error.message}.", **none})
     numbers = diagnosis.to_dict()
-    made = "made with this report" + ("" if read else ", without reading the held-out touches as unknown")
+    made = "made with this report" + (
+        "" if read or not is_tested(numbers) else ", without reading the held-out touches as unknown"
+    )
     said = {"sentences": sentences(numbers, with_causes=False), "made": made}
     if baselines:
         staged(progress, _SEARCHED, 1.0, "regression without physics")

@@ -60,6 +60,7 @@ SCHEMA = _object(
         held_out_touches=_NUMBER,
         later={
             "elements_left_out": _list_of(_TEXT),
+            "unreferenced": _one_of("true or false", "boolean"),
             "fingerprints": _object(sensor=_HASH, calibration=_HASH, touches=_HASH),
         },
     ),

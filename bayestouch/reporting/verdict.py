@@ -9,8 +9,10 @@ from bayestouch.diagnosis.outcome import (
     errors_of_samples,
     is_tested,
     not_used,
+    untested_verdict,
     verdict_sentence,
     verdict_word,
+    why_untested,
     worse_lines,
 )
 from bayestouch.output.text import listed, number, percent, plural
@@ -79,7 +81,7 @@ def _verdict_of_diagnosis(found: dict[str, Any] | None) -> str | None:
     if found is None or word is None:
         return None
     if not is_tested(found):
-        return f"{_TOO_FEW.lower()}, {word} by the touches of the fit alone"
+        return f"{why_untested(found)[0].lower()}, {word} by the touches of the fit alone"
     if word == "unattributed":
         return "unattributed, the model has an error that no known effect explains"
     names = _names(found)
@@ -125,10 +127,10 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
     parts = []
     harm = _harm(found)
     if found is not None and _word(found) is not None and not is_tested(found):
-        parts.append(verdict_sentence(found))
+        short, why = why_untested(found)
+        parts += [f"{why[:1].upper()}{why[1:]}.", untested_verdict(found)]
         names = _names(found)
         parts += [f"Found on these touches: {listed(names)}."] if names else []
-        short = _TOO_FEW
     elif found is not None and found.get("effects"):
         names = _names(found)
         parts += harm or [f"Taking {listed(names)} into account {_gain(found)}."]

@@ -180,6 +180,10 @@ def test_references_that_are_said_to_be_off() -> None:
         ),
         ({"noise_from_repeats": None}, "predicts held-out touches as well as the noise allows."),
         ({"data": {"held_out_touches": 0}}, "Too few touches to say: none were held out, so that nothing was tested."),
+        (
+            {"data": {"held_out_touches": 0, "unreferenced": True}},
+            "Not tested: no touch to be read has references, so that none was held out. By the touches of the fit ",
+        ),
         ({"after": AFTER | {"lack_of_fit": None}}, "they cannot be compared with the noise."),
         (
             {"after": AFTER | {"lack_of_fit": None}, "loads_measured": False},

@@ -57,7 +57,8 @@ def numbers_of(folder: Path) -> dict:
 
 def test_json_is_as_the_data_format_says(written: Path) -> None:
     numbers = numbers_of(written)
-    assert set(numbers["data"]) == {"touches", "elements", "held_out_touches", "elements_left_out", "fingerprints"}
+    about = {"touches", "elements", "held_out_touches", "unreferenced", "elements_left_out", "fingerprints"}
+    assert set(numbers["data"]) == about
     assert set(numbers["before"]) == set(numbers["after"]) == KEYS
     assert numbers["verdict"] in ("adequate", "explained", "partly explained", "unattributed")
     assert {"fraction", "p_value", "where"} <= set(numbers["unexplained"])

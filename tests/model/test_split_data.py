@@ -94,6 +94,25 @@ def test_few_touches_of_one_table_are_all_fitted(count: int, held: int) -> None:
     assert (data.TOO_FEW in split.notes) == (held == 0)
 
 
+@pytest.mark.parametrize("known", [0, 1])
+def test_touches_without_references_are_not_called_too_few(known: int) -> None:
+    """None can be held out; but of touches with references there are too few only if there is one."""
+    made = simulate(FingerDesign(n_elements=4, calibration_span_deg=20, touch_step_deg=10), seed=0).dataset
+    assert made.calibration is not None
+    names = {name: getattr(made.touches, name).copy() for name in ("indenter_radius_mm", "angle_deg")}
+    for values in names.values():
+        values[made.touches.touch >= made.touches.touch.min() + known] = NAN
+    few = made.calibration.select(made.calibration.touch % 2 == 0)
+    found = data.SplitData.of(DataSet(made.sensor, few, made.touches.with_(**names)))
+    assert found.n_held_out == 0
+    assert found.unreferenced == (known == 0)
+    lacking = (
+        "no touch to be read has references (indenter_radius_mm and angle_deg), and too few calibration touches have "
+        "them to hold any out: errors are not estimated"
+    )
+    assert (lacking in found.notes, data.TOO_FEW in found.notes) == (known == 0, known == 1)
+
+
 def test_touches_of_a_pad_without_a_load_are_left_out_where_others_have_one() -> None:
     """With the mean load in its place, every third touch without one made gains 20 % too small."""
     made = simulate(PadDesign(element_x_mm=(0.0, 5.0, 10.0), element_y_mm=None, n_touches=60), seed=1).dataset

@@ -146,6 +146,23 @@ def test_no_touch_was_held_out(effects: tuple[str, ...]) -> None:
     assert "Verdict of the diagnosis: too few touches to say" in _trusted(numbers(found, lack_of_fit=1.0))["reason"]
 
 
+@pytest.mark.parametrize(
+    ("data", "short", "why"),
+    [
+        ({}, "Too few touches to say", "None were held out, so that nothing was tested."),
+        ({"unreferenced": False}, "Too few touches to say", "None were held out, so that nothing was tested."),
+        ({"unreferenced": True}, "Not tested", "No touch to be read has references, so that none was held out."),
+    ],
+)
+def test_why_nothing_was_tested_is_said_once(data: dict[str, bool], short: str, why: str) -> None:
+    """On the first screen the reason follows the short answer."""
+    found = diagnosis("adequate") | {"data": {"held_out_touches": 0, **data}}
+    row = _fix(numbers(found, lack_of_fit=1.0))
+    assert (row["short"], row["reason"]) == (short, f"{why} By the touches of the fit alone: adequate.")
+    said = f"Verdict of the diagnosis: {short.lower()}, adequate by the touches of the fit alone."
+    assert said in _trusted(numbers(found, lack_of_fit=1.0))["reason"]
+
+
 def test_prediction_errors_are_stated_to_two_digits() -> None:
     """More digits than two would be noise; one would hide what a small effect gains."""
     found = {
