@@ -67,6 +67,12 @@ def those_with(count: int, noun: str) -> str:
     return f"{plural(count, noun)} {'has' if count == 1 else 'have'}"
 
 
+def ranging(low: float, high: float, digits: int = 3) -> str:
+    """Return a range as text: ``from 1 to 2``, or ``1`` where both ends are the same text."""
+    first, last = number(low, digits), number(high, digits)
+    return first if first == last else f"from {first} to {last}"
+
+
 def listed(parts: list[str]) -> str:
     """Return a list as text: ``a``, ``a and b``, ``a, b and c``."""
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

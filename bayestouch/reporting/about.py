@@ -48,7 +48,9 @@ def _sensor(sensor: Sensor) -> list[dict[str, Any]]:
 
 def _notes(evidence: Evidence) -> list[str]:
     notes = (*evidence.dataset.notes, *evidence.calibration.notes, *evidence.posteriors.notes)
-    return list(dict.fromkeys(_sentence(note) for note in notes if note.strip()))
+    # Of a finger, the calibration adds to a note of the tables what it means there: the longer one is enough.
+    longer = [note for note in notes if not any(other.startswith(f"{note};") for other in notes)]
+    return list(dict.fromkeys(_sentence(note) for note in longer if note.strip()))
 
 
 def _sentence(note: str) -> str:

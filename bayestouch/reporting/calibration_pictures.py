@@ -19,12 +19,15 @@ from bayestouch.output.pictures import (
     element_ticks,
     rendered,
 )
-from bayestouch.output.text import listed, number
+from bayestouch.output.text import listed, number, plural, ranging
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.peak_table import error_and_noise
 from bayestouch.results.plots import LOCATION_LABELS
+
+#: Decimals of a place in mm or degrees: what is smaller than a billionth, a hundredth of an atom, is rounding.
+_ROUNDING_DECIMALS = 9
 
 
 def calibration_pictures(evidence: Evidence) -> Iterator[Picture]:
@@ -95,8 +98,9 @@ def _elements(evidence: Evidence) -> Picture:
     shown = []
     for found in departures:
         middle = found.draws.mean(axis=0)
-        span = f"{number(float(middle.min()), 2)} to {number(float(middle.max()), 2)}"
-        shown.append(f"{found.symbol} less design from {span} {found.unit}")
+        # Less the shift that all share, the place of a single element is zero but for rounding.
+        low, high = (round(float(each), _ROUNDING_DECIMALS) for each in (middle.min(), middle.max()))
+        shown.append(f"{found.symbol} less design {ranging(low, high, 2)} {found.unit}")
     moved = [f"{number(found.shift)} {found.unit} in {found.symbol}" for found in departures if found.shift]
     shift = f" and less the {listed(moved)} that all elements share (the origin of the stage)" if moved else ""
     return Picture(
@@ -107,8 +111,8 @@ def _elements(evidence: Evidence) -> Picture:
         + shift
         + "; and how well its readings are fitted. The error is of means over a touch's samples, the noise of single "
         "readings." + (" There is no bar for noise, because the data have no repeats that differ." if not both else ""),
-        f"Calibration of {m} elements: {'; '.join(shown)}; error from {number(float(np.nanmin(error)), 2)} to "
-        f"{number(float(np.nanmax(error)), 2)} % of the peak.",
+        f"Calibration of {plural(m, 'element')}: {'; '.join(shown)}; error "
+        f"{ranging(float(np.nanmin(error)), float(np.nanmax(error)), 2)} % of the peak.",
         content,
     )
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.output.pictures import BLUE, GREY, Picture, canvas, drawing, element_ticks, rendered
-from bayestouch.output.text import number
+from bayestouch.output.text import plural, ranging
 
 
 def check_pictures(numbers: dict[str, Any]) -> Iterator[Picture]:
@@ -38,7 +38,8 @@ def check_pictures(numbers: dict[str, Any]) -> Iterator[Picture]:
         "How often readings are inside the interval that the other readings predict",
         "Each reading is predicted from the other readings of its touch. A dot below its bar: the element reads other "
         "than the model says, or with more noise. A dot above it: its intervals are wider than needed.",
-        f"Readings inside their predicted 90 % interval, for {len(rows)} elements: {number(float(inside.min()))} to "
-        f"{number(float(inside.max()))} %; {named} elements are outside too often.",
+        f"Readings inside their predicted 90 % interval, for {plural(len(rows), 'element')}: "
+        f"{ranging(float(inside.min()), float(inside.max()))} %; {plural(named, 'element')} "
+        f"{'is' if named == 1 else 'are'} outside too often.",
         content,
     )

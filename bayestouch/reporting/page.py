@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bayestouch.diagnosis.outcome import probable_causes
 from bayestouch.output.pictures import Picture
-from bayestouch.output.text import exact, number, percent, plus_minus
+from bayestouch.output.text import exact, number, percent, plural, plus_minus
 from bayestouch.reporting.baseline_table import beside_regressions
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.live import Live
@@ -61,6 +61,7 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
         lstrip_blocks=True,
     )
     environment.filters.update(at=_at, shown=_shown, span=_span, radius=_radius, plus_minus=plus_minus, symbol=_symbol)
+    environment.filters["plural"] = plural
     environment.filters["place"] = _place
     environment.filters["after_in_words"] = after_in_words
     environment.filters["before_after"] = before_after

@@ -20,7 +20,7 @@ from bayestouch.output.pictures import (
     element_ticks,
     rendered,
 )
-from bayestouch.output.text import number
+from bayestouch.output.text import plural, ranging
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.residuals import standardised
 from bayestouch.reporting.trust import reference_ranks
@@ -79,8 +79,8 @@ def _residuals(evidence: Evidence) -> Picture:
         "discrepancy explain. Left: mean over the touches of a location; stripes or blocks of one colour are errors of "
         "the model. Right: 1 (dotted) is what noise alone would leave; a little less is usual, for each touch fits its "
         "own parameters.",
-        f"Standardised residuals of {m} elements: root mean square from {number(float(rms.min()))} to "
-        f"{number(float(rms.max()))}, largest at element e{worst + 1:02d}.",
+        f"Standardised residuals of {plural(m, 'element')}: root mean square "
+        f"{ranging(float(rms.min()), float(rms.max()))}, largest at element e{worst + 1:02d}.",
         content,
     )
 
@@ -126,7 +126,7 @@ def _coverage(ranks: Sequence[tuple[str, FloatArray]]) -> Picture:
         found = []
         for (name, rank), colour, dash in zip(ranks, PALETTE, ("-", "--", "-.", ":"), strict=False):
             inside = [100 * float(np.mean(np.abs(rank - 0.5) <= level / 2)) for level in levels]
-            ax.plot(100 * levels, inside, dash, color=colour, label=f"{_SYMBOLS[name]} ({len(rank)} touches)")
+            ax.plot(100 * levels, inside, dash, color=colour, label=f"{_SYMBOLS[name]} ({plural(len(rank), 'touch')})")
             found.append(f"{inside[90]:.0f} % for {_SYMBOLS[name]}")
         ax.set(xlabel="probability of the interval (%)", ylabel="touches inside (%)", xlim=(0, 100), ylim=(0, 100))
         ax.set_aspect("equal")

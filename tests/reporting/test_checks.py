@@ -52,7 +52,7 @@ def test_an_element_with_more_noise_than_stated_is_named() -> None:
     assert right["too_often_outside"] == [] == right["too_often_inside"]
     assert wrong["too_often_outside"] == ["e01"]
     (picture,) = check_pictures({"checks": {"predictive": wrong}})
-    assert "1 elements are outside too often" in picture.alt
+    assert "for 6 elements: from " in picture.alt and "1 element is outside too often" in picture.alt
 
 
 def test_a_check_that_is_not_possible_is_left_out() -> None:

@@ -60,3 +60,9 @@ def test_copies_of_calibration_touches_were_calibrated_with() -> None:
     row = {"quantity": "location", "unit": "mm", "value": 0.2, "low": 0.1, "high": 0.3, "touches": 9}
     made = first_screen(headline=({**row, "kind": "rms error"},), copied=10.0)
     assert "Rms errors of touches to be read (some were calibrated with), and their 90 % intervals" in made
+
+
+@pytest.mark.parametrize(("touches", "said"), [(1, "(1 touch)"), (2, "(2 touches)")])
+def test_one_touch_is_not_many(touches: int, said: str) -> None:
+    row = {"quantity": "location", "unit": "mm", "value": 0.2, "low": None, "high": None, "kind": "rms error"}
+    assert said in first_screen(headline=({**row, "touches": touches},))

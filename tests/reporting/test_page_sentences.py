@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from report_cases import Page
 
+from bayestouch.reporting.about import _notes
 from bayestouch.reporting.page import new_environment
 
 
@@ -58,3 +60,53 @@ def test_without_held_out_touches_nothing_is_said_of_them(
     assert ("Before and after, on touches held out of every fit" in said) == table
     assert (FULL in said) == full
     assert "A diagnosis made with this report." in said
+
+
+def grades(touches: int, **few: int) -> dict[str, Any]:
+    found = {"touches": touches, "missed": 0, "beyond": 0, "second_round": 0, "grades": [], **few}
+    return {"trust": {"calibration_convergence": None, "convergence": found}}
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (grades(1), ("the touch meets the targets", "Convergence of the sampler over 1 touch")),
+        (grades(21), ("all 21 touches meet the targets", "Convergence of the sampler over 21 touches")),
+        (grades(30, missed=1), ("a target was not reached at 1 of 30 touches", "R-hat was not reached at 1 touch.")),
+        (grades(30, missed=2), ("a target was not reached at 2 of 30 touches", "R-hat was not reached at 2 touches.")),
+        (grades(30, beyond=1), ("1 of 30 touches is beyond the calibration", "1 touch is beyond the loads or")),
+        (grades(30, beyond=2), ("2 of 30 touches are beyond the calibration", "2 touches are beyond the loads or")),
+        (grades(30, second_round=1), ("1 touch was given a second round.",)),
+        (grades(30, second_round=3), ("3 touches were given a second round.",)),
+    ],
+)
+def test_one_touch_is_not_many(found: dict[str, Any], said: tuple[str, ...]) -> None:
+    text = words("convergence.html", found)
+    for sentence in said:
+        assert sentence in text
+
+
+@pytest.mark.parametrize(("count", "said"), [(1, "1 touch not calibrated with"), (9, "9 touches not calibrated with")])
+def test_predicted_touches_are_counted(count: int, said: str) -> None:
+    peak = {"average": 1.0, "minimum": 0.5, "maximum": 2.0}
+    prediction = {"touches": count, "percent_peak": peak}
+    residuals = {"readings": 1, "rms": 1.0, "beyond_3_percent": 0.0, "prediction": prediction}
+    assert f"readings of {said} are predicted to 1 %" in words(
+        "residuals.html", {"residuals": residuals, "figures": []}
+    )
+
+
+REST = "no reading without contact: readings are taken as they are"
+OF_FINGER = f"{REST}; a finger has no offset, so they must be zero without touch"
+
+
+@pytest.mark.parametrize(
+    ("calibration", "told"),
+    [(REST, ["No reading without contact: readings are taken as they are."]), (OF_FINGER, [f"N{OF_FINGER[1:]}."])],
+)
+def test_a_note_that_another_begins_with_is_said_once(calibration: str, told: list[str]) -> None:
+    parts = {"calibration": calibration, "posteriors": REST}
+    evidence: Any = SimpleNamespace(
+        dataset=SimpleNamespace(notes=()), **{name: SimpleNamespace(notes=(note,)) for name, note in parts.items()}
+    )
+    assert _notes(evidence) == told

@@ -19,7 +19,7 @@ from bayestouch.checking.tables import indenter_name
 from bayestouch.data.json_values import strict
 from bayestouch.errors import InputError
 from bayestouch.output.files import new_folder, write_numbers
-from bayestouch.output.text import exact, fixed, listed, number, percent, plural, plus_minus
+from bayestouch.output.text import exact, fixed, listed, number, percent, plural, plus_minus, ranging
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
@@ -100,6 +100,7 @@ def test_other_text() -> None:
     assert (percent(9.96), percent(86.4), percent(0.04)) == ("10.0", "86", "0.0")
     assert (fixed(-0.001, 1), fixed(-0.26, 1)) == ("0.0", "−0.3")
     assert (exact(0.15), exact(-66.0), exact(None)) == ("0.15", "−66", "–")
+    assert (ranging(0.46, 0.46), ranging(0.4601, 0.4602, 2), ranging(-1, 0.5)) == ("0.460", "0.46", "from −1 to 0.500")
     assert (plural(1, "touch"), plural(3, "touch"), plural(2, "row")) == ("1 touch", "3 touches", "2 rows")
     assert listed(["a"]) == "a" and listed(["a", "b", "c"]) == "a, b and c"
     assert [indenter_name(r) for r in (0.0, 12.3, np.inf, np.nan)] == ["knife edge", "12.3 mm", "flat", "unknown"]
