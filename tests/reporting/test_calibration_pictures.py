@@ -16,9 +16,9 @@ from bayestouch.reporting import calibration_pictures as pictures
     [
         ([2.7e-18], [0.46], "Calibration of 1 element: x_s less design 0 mm; error 0.46 % of the peak."),
         (
-            [-0.08, 0.048],
+            [-1.5, 2.5],
             [0.34, 0.57],
-            "Calibration of 2 elements: x_s less design from −0.080 to 0.048 mm; error from 0.34 to 0.57 % of the peak.",
+            "Calibration of 2 elements: x_s less design from −1.5 to 2.5 mm; error from 0.34 to 0.57 % of the peak.",
         ),
     ],
 )

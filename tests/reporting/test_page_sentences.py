@@ -12,11 +12,11 @@ from bayestouch.reporting.about import _notes
 from bayestouch.reporting.page import new_environment
 
 
-def words(template: str, numbers: dict[str, Any]) -> str:
+def words(template: str, numbers: dict[str, Any], body: str = "finger") -> str:
     """Text of a part of the page, with single spaces."""
     environment = new_environment(numbers, ())
-    before = '{% import "macros.html" as show with context %}{% import "finger/words.html" as own %}'
-    whole = before + f'{{% set simulated_note = "" %}}{{% include "{template}" %}}'
+    before = '{% import "macros.html" as show with context %}{% set simulated_note = "" %}'
+    whole = before + f'{{% import "{body}/words.html" as own %}}{{% include "{template}" %}}'
     return " ".join(" ".join(Page(environment.from_string(whole).render()).text).split())
 
 
@@ -24,8 +24,7 @@ def words(template: str, numbers: dict[str, Any]) -> str:
 def test_only_a_finger_has_another_prior_of_the_radius(body: str, offered: bool) -> None:
     """`bayestouch infer --indenter` refuses pads."""
     found = {"noticeable": 0.05, "parameters": []}
-    numbers = {"checks": {"predictive": None, "prior_sensitivity": found}, "data": {"body": body}}
-    said = words("checks.html", numbers)
+    said = words("checks.html", {"checks": {"predictive": None, "prior_sensitivity": found}}, body)
     assert "Touches have uniform priors, which no power changes" in said
     assert ("--indenter" in said) == offered
 
