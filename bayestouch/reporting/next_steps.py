@@ -11,6 +11,7 @@ from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.body_pages import BodyPages
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.phrases import MOSTLY_SEVERAL
 
 # If one part has more than this percentage of a variance, it is hardly useful to lower the other part.
 _MOST = 65.0
@@ -20,9 +21,7 @@ def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, st
     """Advice in order of usefulness: what to do, and why."""
     pages = PAGES[numbers["places"]["body"]]
     steps = _effects(numbers["diagnosis"], pages)
-    # Without repeats, noise and model error cannot be separated, so their parts are not compared.
-    if numbers["calibration"]["lack_of_fit"] is not None:
-        steps += _limit(numbers["places"], pages.read, numbers["diagnosis"])
+    steps += _errors(numbers, pages.read, evidence.sensor.n_elements)
     trust = numbers["trust"]
     return [
         *steps,
@@ -41,7 +40,24 @@ def _effects(found: dict[str, Any] | None, pages: BodyPages) -> list[dict[str, s
     return [{"what": pages.next_after_diagnosis, "why": why}]
 
 
-def _limit(places: dict[str, Any], quantity: str, found: dict[str, Any] | None) -> list[dict[str, str]]:
+def _errors(numbers: dict[str, Any], quantity: str, elements: int) -> list[dict[str, str]]:
+    """Advice on how to lower the errors of the quantity."""
+    # A finger has no touches with several separate places.
+    several = numbers["estimates"].get("several_modes_percent", 0.0)
+    if several >= MOSTLY_SEVERAL:
+        # The parts of the variance are those about one of the places, and the distance between places is the error.
+        why = (
+            f"At {percent(several)} % of touches more than one separate place fits the readings. Neither more samples "
+            "of a touch nor more calibration touches lower the distance between these places."
+        )
+        return [{"what": "Use more elements, or find out in another way which of the places was touched", "why": why}]
+    # Without repeats, noise and model error cannot be separated, so their parts are not compared.
+    if numbers["calibration"]["lack_of_fit"] is None:
+        return []
+    return _limit(numbers["places"], quantity, numbers["diagnosis"], elements)
+
+
+def _limit(places: dict[str, Any], quantity: str, found: dict[str, Any] | None, elements: int) -> list[dict[str, str]]:
     """Advice on which part of the variance of the quantity to lower."""
     shared, samples = places["shared_percent"], places["samples"]
     taken = "one sample a touch" if samples == 1 else f"{samples} samples a touch"
@@ -56,7 +72,7 @@ def _limit(places: dict[str, Any], quantity: str, found: dict[str, Any] | None) 
                 "touches would change little.",
             }
         ]
-    what, largest = _lasting(places, found)
+    what, largest = _lasting(places, found, elements)
     if shared > _MOST:
         why = (
             f"{percent(shared)} % of the {quantity}'s variance stays however many samples of a touch are averaged, and "
@@ -70,7 +86,7 @@ def _limit(places: dict[str, Any], quantity: str, found: dict[str, Any] | None) 
     return [{"what": f"{average} and {what[:1].lower()}{what[1:]}, both", "why": why}]
 
 
-def _lasting(places: dict[str, Any], found: dict[str, Any] | None) -> tuple[str, str]:
+def _lasting(places: dict[str, Any], found: dict[str, Any] | None, elements: int) -> tuple[str, str]:
     """Advice on the part of the variance that no averaging lowers, and the name of its largest part."""
     of_calibration, of_model = places["calibration_percent"], places["model_percent"]
     of_neither = places["shared_percent"] - of_calibration - of_model
@@ -84,8 +100,9 @@ def _lasting(places: dict[str, Any], found: dict[str, Any] | None) -> tuple[str,
         why = f"the error of the model ({percent(of_model)} %): more calibration touches would change little"
         return what, why
     load = "Measure the load with less noise" if places["use_load"] else "Measure the load of each touch"
+    nearer = "use more elements" if elements == 1 else "place elements nearer to each other"
     return (
-        f"{load}, or place elements nearer to each other",
+        f"{load}, or {nearer}",
         f"that the readings do not tell load and place ({percent(of_neither)} %)",
     )
 

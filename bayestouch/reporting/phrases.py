@@ -7,6 +7,10 @@ from typing import Any
 
 from bayestouch.output.text import fixed, number, percent
 
+#: Percentage of touches with several separate places from which predicted errors are said to be those about one place,
+#: and from which the advice is on the places: most touches have them.
+MOSTLY_SEVERAL = 50.0
+
 
 def add_key(key: list[dict[str, Any]], quantity: str, value: Any, unit: str, detail: str) -> None:
     """Add a key number to the list `key`."""

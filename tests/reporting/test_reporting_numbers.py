@@ -323,9 +323,9 @@ def test_what_limits_the_estimates(shared: float, begin: str, words: str) -> Non
         "calibration_percent": 0.6 * shared,
         "model_percent": 0.4 * shared,
     }
-    (step,) = next_steps._limit(places, "radius", None)
+    (step,) = next_steps._limit(places, "radius", None, 7)
     assert step["what"].startswith(begin) and words in step["why"]
-    (one,) = next_steps._limit(places | {"shared_percent": 20.0, "samples": 1}, "radius", None)
+    (one,) = next_steps._limit(places | {"shared_percent": 20.0, "samples": 1}, "radius", None, 7)
     assert one["what"].endswith("(now one sample a touch)")
 
 
@@ -350,11 +350,11 @@ def test_more_calibration_touches_are_no_advice_against_model_error(
     of_calibration: float, of_model: float, found: dict[str, Any] | None, what: str, why: str
 ) -> None:
     parts = {"calibration_percent": of_calibration, "model_percent": of_model, "samples": 4, "use_load": False}
-    (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "radius", found)
+    (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "radius", found, 7)
     assert step["what"].startswith(what) and f"the largest part of that is {why}" in step["why"]
     # and beside noise that weighs as much, with half of each part
     halves = parts | {"calibration_percent": of_calibration / 2, "model_percent": of_model / 2}
-    (both,) = next_steps._limit({"shared_percent": 40.0, **halves}, "radius", found)
+    (both,) = next_steps._limit({"shared_percent": 40.0, **halves}, "radius", found, 7)
     assert both["what"].startswith(
         f"Average more samples of each touch (now 4 samples a touch) and {what[0].lower()}{what[1:]}"
     )
@@ -362,8 +362,49 @@ def test_more_calibration_touches_are_no_advice_against_model_error(
 
 def test_a_load_that_is_measured_is_to_be_measured_better() -> None:
     parts = {"calibration_percent": 5.0, "model_percent": 15.0, "samples": 4, "use_load": True}
-    (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "location", None)
+    (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "location", None, 7)
     assert step["what"] == "Measure the load with less noise, or place elements nearer to each other"
+
+
+def test_one_element_has_no_neighbour_to_be_placed_nearer_to() -> None:
+    parts = {"calibration_percent": 5.0, "model_percent": 15.0, "samples": 4, "use_load": True}
+    (step,) = next_steps._limit({"shared_percent": 80.0, **parts}, "location", None, 1)
+    assert step["what"] == "Measure the load with less noise, or use more elements"
+
+
+@pytest.mark.parametrize(
+    ("several", "begin"),
+    [(87.0, "Use more elements, or find out"), (50.0, "Use more"), (49.9, "Average more samples")],
+)
+@pytest.mark.parametrize("lack_of_fit", [1.0, None])
+def test_samples_are_no_advice_where_most_touches_fit_at_several_places(
+    several: float, begin: str, lack_of_fit: float | None
+) -> None:
+    """One element on a line of 6 mm: 1.93 mm rms with 3 samples and 1.92 mm with 12, about mirrored places."""
+    places = {"shared_percent": 26.0, "samples": 3, "calibration_percent": 10.0, "model_percent": 5.0, "use_load": True}
+    numbers = {
+        "estimates": {"several_modes_percent": several},
+        "calibration": {"lack_of_fit": lack_of_fit},
+        "places": places,
+        "diagnosis": None,
+    }
+    found = next_steps._errors(numbers, "location", 1)
+    if lack_of_fit is None and several < 50:
+        assert found == []
+        return
+    (step,) = found
+    assert step["what"].startswith(begin)
+    if several == 87:
+        assert step["what"] == "Use more elements, or find out in another way which of the places was touched"
+        assert step["why"] == (
+            "At 87 % of touches more than one separate place fits the readings. Neither more samples of a touch nor "
+            "more calibration touches lower the distance between these places."
+        )
+    # A finger does not count places.
+    (step,) = next_steps._errors(
+        numbers | {"estimates": {}, "calibration": {"lack_of_fit": 1.0}, "places": places}, "radius", 5
+    )
+    assert step["what"].startswith("Average more samples")
 
 
 def test_what_to_do_about_the_sampler() -> None:

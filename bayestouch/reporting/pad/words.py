@@ -5,10 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.output.text import fixed, number, percent, plural
-from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row, with_load
-
-# Percentage of touches with several separate places from which predicted errors are said to be those about one place.
-_MOSTLY = 50.0
+from bayestouch.reporting.phrases import MOSTLY_SEVERAL, add_key, in_spacings, load_error, verdict_row, with_load
 
 
 def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
@@ -64,7 +61,7 @@ def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
         f"{number(best['error_mm'], 2)} mm at the best place and "
         f"{number(worst['error_mm'], 2)} mm at the worst, within {places['within']}."
     )
-    if several >= _MOSTLY:
+    if several >= MOSTLY_SEVERAL:
         reason += (
             f" At {percent(several)} % of touches more than one separate place fits the readings: this is the error "
             "about one of them."
