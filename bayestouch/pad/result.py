@@ -174,8 +174,9 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
     for parameter, value in zip(model.kernel.parameters, model.fit.chain.values, strict=True):
         low, high = parameter.prior.support
         if min(value - low, high - value) < 1e-3 * (high - low if np.isfinite(high - low) else 1.0):
+            bound = low if value - low < high - value else high
             notes.append(
-                f"{parameter.description} ends at the bound of its prior, {value:.4g} {parameter.unit}".rstrip()
+                f"{parameter.description} ends at the bound of its prior, {bound:.4g} {parameter.unit}".rstrip()
             )
     if np.isfinite(problem.known.pure_error_variance).any():
         return notes

@@ -217,7 +217,9 @@ def _require_numbers(kind: str, prior: Uniform | Normal | LogNormal | StudentT |
 
 def _within(low: float, high: float) -> str:
     """Text of the ends of a truncated prior; empty without ends."""
-    return "" if np.isinf(low) and np.isinf(high) else f", within {low:g} to {high:g}"
+    if np.isinf(low) or np.isinf(high):
+        return "" if np.isinf(low) and np.isinf(high) else f", above {low:g}" if np.isinf(high) else f", below {high:g}"
+    return f", within {low:g} to {high:g}"
 
 
 def _log_student(t: FloatArray, dof: float) -> FloatArray:

@@ -87,3 +87,26 @@ def test_scores_of_the_other_models_have_no_minus_zero() -> None:
     problem: Any = SimpleNamespace(known=SimpleNamespace(pure_error_variance=np.ones(1)))
     (note,) = _model_notes(problem, model, "layer", rivals)
     assert note.endswith("against it: layer with map +0, gaussian -1, map alone +2)")
+
+
+@pytest.mark.parametrize(
+    ("value", "high", "said"),
+    [
+        (0.0003008, np.inf, "ends at the bound of its prior, 0 mm"),
+        (0.9999, 1.0, "ends at the bound of its prior, 1 mm"),
+        (0.0001, 1.0, "ends at the bound of its prior, 0 mm"),
+        (0.5, 1.0, None),
+    ],
+)
+def test_the_bound_of_a_prior_is_stated_and_not_the_value_beside_it(
+    value: float, high: float, said: str | None
+) -> None:
+    prior = SimpleNamespace(support=(0.0, high))
+    width = SimpleNamespace(prior=prior, description="half-width of the contact", unit="mm")
+    kernel = SimpleNamespace(parameters=(width,))
+    chain = SimpleNamespace(values=(value,))
+    model: Any = SimpleNamespace(score=7.0, place_error=0.0, kernel=kernel, fit=SimpleNamespace(chain=chain))
+    priors = SimpleNamespace(moved="")
+    problem: Any = SimpleNamespace(known=SimpleNamespace(pure_error_variance=np.ones(1)), priors=priors)
+    expected = [] if said is None else [f"half-width of the contact {said}"]
+    assert _model_notes(problem, model, "layer", {"layer": model}) == expected

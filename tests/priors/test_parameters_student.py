@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from collections.abc import Callable
 
 import numpy as np
@@ -66,6 +68,8 @@ def test_text() -> None:
         with pytest.raises(InputError, match="expected normal:MEAN,SD"):
             prior_from_text(text)
     assert str(CUT) == "Student-t, 0.47 ± 0.01, 5 degrees of freedom, within 0 to 0.475"
+    assert str(replace(CUT, high=np.inf)).endswith(", above 0")
+    assert str(replace(CUT, low=-np.inf)).endswith(", below 0.475")
     assert str(LOG) == "log-Student-t, median 0.15, factor 1.11, 4.5 degrees of freedom"
 
 
