@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -25,9 +25,13 @@ LEVELS, RARE = (50, 90), 0.01
 
 
 def about_checks(evidence: Evidence) -> dict[str, Any]:
-    """Numbers of ``report.json`` about the checks; null where a check is not possible."""
+    """Numbers of ``report.json`` about the checks; null where a check is not possible.
+
+    ``others_read`` says whether any touch has more than one reading, so that others can predict it.
+    """
     return {
         "predictive": predictive_check(evidence.posteriors),
+        "others_read": bool(with_others(np.isfinite(evidence.posteriors.rows.observed)).any()),
         "prior_sensitivity": prior_sensitivity(evidence.calibration),
     }
 
@@ -44,6 +48,8 @@ def predictive_check(posteriors: TouchPosteriors) -> dict[str, Any] | None:
     if again is None or log is None:
         return None
     rank = left_out_ranks(posteriors.rows.observed, again, log)
+    if not np.isfinite(rank).any():
+        return None
     rows: list[dict[str, Any]] = []
     outside, within = list[str](), list[str]()
 
@@ -79,7 +85,9 @@ def predictive_check(posteriors: TouchPosteriors) -> dict[str, Any] | None:
 
 
 def left_out_ranks(observed: FloatArray, again: FloatArray, log: FloatArray) -> FloatArray:
-    """Probability (t, m) that a reading is smaller than observed, predicted without this reading; NaN where missing.
+    """Probability (t, m) that a reading is smaller than observed, predicted without this reading.
+
+    NaN where the reading is missing, or the only one of its touch: no other reading predicts it.
 
     Parameters
     ----------
@@ -90,12 +98,18 @@ def left_out_ranks(observed: FloatArray, again: FloatArray, log: FloatArray) -> 
     """
     again, log = (values.reshape(-1, *values.shape[2:]) for values in (again, log))
     rank = np.full(observed.shape, np.nan)
+    known = with_others(np.isfinite(observed) & np.isfinite(log[0]))
     for e in range(observed.shape[1]):
-        here = np.flatnonzero(np.isfinite(observed[:, e]) & np.isfinite(log[0, :, e]))
+        here = np.flatnonzero(known[:, e])
         if here.size:
             weight, _ = pareto_smooth(-log[:, here, e].T.astype(np.float64))
             rank[here, e] = (weight * (observed[here, e, None] > again[:, here, e].T)).sum(axis=1)
     return rank
+
+
+def with_others(read: BoolArray) -> BoolArray:
+    """Readings (t, m) with at least one other reading of the same touch."""
+    return np.asarray(read & (read.sum(axis=1, keepdims=True) > 1))
 
 
 def prior_sensitivity(calibration: Calibration) -> dict[str, Any] | None:

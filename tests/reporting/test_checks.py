@@ -12,6 +12,7 @@ from scipy.stats import binom, norm
 from bayestouch.reporting import checks
 from bayestouch.reporting.check_pictures import check_pictures
 from bayestouch.reporting.checks import left_out_ranks, predictive_check, prior_sensitivity
+from bayestouch.reporting.page import new_environment
 from bayestouch.results.objects import TouchPosteriors
 
 
@@ -58,6 +59,31 @@ def test_an_element_with_more_noise_than_stated_is_named() -> None:
 def test_a_check_that_is_not_possible_is_left_out() -> None:
     assert predictive_check(touches()) is None and prior_sensitivity(calibration()) is None
     assert list(check_pictures({"checks": {"predictive": None}})) == []
+
+
+def test_the_only_reading_of_a_touch_is_predicted_by_no_other() -> None:
+    assert predictive_check(read(30, 1)) is None
+    result = read(12, 3)
+    observed = result.rows.observed.copy()
+    observed[3, 1:] = np.nan
+    found = predictive_check(replace(result, rows=replace(result.rows, observed=observed)))
+    assert found is not None and found["readings"] == 33
+
+
+@pytest.mark.parametrize(
+    ("others", "said"),
+    [
+        (
+            False,
+            "There is no predictive check: no touch has a second reading, from which the first could be predicted.",
+        ),
+        (True, "There is no predictive check: predicted readings of so many touches do not fit into memory."),
+    ],
+)
+def test_a_page_says_why_there_is_no_predictive_check(others: bool, said: str) -> None:
+    numbers = {"checks": {"predictive": None, "prior_sensitivity": None, "others_read": others}, "figures": []}
+    page = new_environment(numbers, []).get_template("checks.html").render()
+    assert said in page and page.count("There is no predictive check") == 1
 
 
 def test_the_prior_that_decides_is_told_from_the_touches_that_decide() -> None:
