@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import os
 import subprocess
@@ -23,11 +24,12 @@ from bayestouch.output.text import exact, fixed, listed, number, percent, plural
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
-from bayestouch.reporting.calibration_tables import model_rows, statistic_rows, used_model
+from bayestouch.reporting.calibration_tables import element_table, model_rows, statistic_rows, used_model
 from bayestouch.reporting.diagnosed import Diagnosed
 from bayestouch.reporting.differences import error_summary
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.made import command
+from bayestouch.reporting.page import new_environment
 from bayestouch.reporting.trust import calibration_uncertainty, convergence, coverage
 from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -380,3 +382,32 @@ def test_corner_plots_without_a_home_folder(tmp_path: Path) -> None:
     environment = {key: value for key, value in environment.items() if not key.startswith("XDG_")}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
     assert done.stdout == "PNG\n", done.stderr
+
+
+def test_a_page_states_the_peak_of_each_error_of_a_finger(calibration: Calibration) -> None:
+    """Of the tables: the largest mean reading. Of the statistics: the reading of a knife edge at the mean load."""
+    rows = calibration.rows
+    rms = np.sqrt(((rows.observed - rows.predicted) ** 2).mean(axis=0))
+    of_edge = np.abs(calibration.mode["response"]) * rows.load.mean()
+    shown = 100 * rms / np.abs(rows.observed).max(axis=0)
+    stated = 100 * rms / of_edge
+    assert calibration.statistics["error_percent_peak"] == pytest.approx(stated.mean(), rel=1e-9)
+    assert [row["error_percent_peak"] for row in element_table(calibration)["rows"]] == pytest.approx(shown, rel=1e-9)
+    assert abs(shown.mean() / stated.mean() - 1) > 0.01, "two peaks, and so two values"
+    numbers: dict[str, Any] = {
+        "calibration": {"touches": 7, "models": [], "parameters": [], "settings": [], "statistics": []},
+        "answer": {"of_model": []},
+        "figures": [],
+    }
+    numbers["calibration"] |= {
+        "peak": {"rows": [], "notes": [], "same_finger_as_paper": False},
+        "elements": {"columns": [], "rows": []},
+    }
+    begin = '{% import "macros.html" as show with context %}{% set data = {"body": body} %}'
+    begin += '{% import body ~ "/words.html" as own %}{% include "calibration.html" %}'
+    page = {body: new_environment(numbers, ()).from_string(begin).render(body=body) for body in ("finger", "pad")}
+    edge = "an element's peak is what the calibrated model reads of a knife edge right above it, at the mean load"
+    said = {body: html.unescape(text) for body, text in page.items()}
+    assert edge in said["finger"] and edge not in said["pad"]
+    assert "its largest mean reading among these touches, except in the statistics below." in said["finger"]
+    assert "its largest mean reading less its offset among these touches." in said["pad"]
