@@ -20,6 +20,7 @@ from bayestouch.reporting.loop_bars import (
     loop_bars,
     references_corrected,
 )
+from bayestouch.reporting.trust import grade_rows
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -69,6 +70,7 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
     environment.filters["references_corrected"] = references_corrected
     environment.filters["beside_regressions"] = beside_regressions
     environment.filters["probable_causes"] = probable_causes
+    environment.filters["grade_rows"] = grade_rows
     environment.globals["numbers"] = numbers
     environment.globals["images"] = {picture.file: data_uri(picture) for picture in pictures}
     return environment

@@ -11,6 +11,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import turned
+from bayestouch.output.text import fixed, number
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.data import BEYOND
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -57,7 +58,7 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
                 "name": name,
                 "label": label,
                 "target": target,
-                "demand": f"at {'least' if sign > 0 else 'most'} {target:.4g}",
+                "demand": f"at {'least' if sign > 0 else 'most'} {grade_text(name, target, 4)}",
                 "worst": float(sign * np.min(sign * values[given])) if given.any() else None,
                 "median": float(np.median(values[given])) if given.any() else None,
                 "missed": int(misses.sum()),
@@ -71,6 +72,16 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
         "second_round": _second_rounds(posteriors),
         "grades": rows,
     }
+
+
+def grade_text(name: str, value: float | None, digits: int = 3) -> str:
+    """A grade or its target as text. R-hat, which is near 1, has three decimals, as its target."""
+    return fixed(value, 3) if name == "rhat" else number(value, digits)
+
+
+def grade_rows(grades: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of `convergence` with the worst value and the median as text."""
+    return [{**row, **{key: grade_text(row["name"], row[key]) for key in ("worst", "median")}} for row in grades]
 
 
 def calibration_convergence(calibration: Calibration) -> dict[str, Any] | None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from bayestouch.array_types import FloatArray
-from bayestouch.output.text import number
+from bayestouch.output.text import fixed, number
 from bayestouch.results.draws_on_file import DrawsOnFile
 from bayestouch.sampling.attempts import demands_of
 
@@ -40,5 +40,5 @@ def targets_missed(statistics: Mapping[str, float], draws: int | None = None) ->
         return ()
     return (
         "The sampler did not reach its targets for the calibration (effective sample size "
-        f"{number(size, 2)}, R-hat {number(rhat)}), so its posterior is rough.",
+        f"{number(size, 2)}, R-hat {fixed(rhat, 3)}), so its posterior is rough.",
     )

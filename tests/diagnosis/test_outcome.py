@@ -327,7 +327,7 @@ def test_draws_that_missed_the_targets_are_said_beside_the_values_they_gave() ->
     told = sentences(numbers(effects=[effect], draws=rough))
     assert told[1].startswith("Found memory")
     assert told[2] == (
-        "The sampler did not reach its targets for the calibration (effective sample size 36, R-hat 1.12), so its "
+        "The sampler did not reach its targets for the calibration (effective sample size 36, R-hat 1.121), so its "
         "posterior is rough."
     )
     fine = sentences(numbers(effects=[effect], draws={"ess_bulk": 500.0, "rhat": 1.01}))

@@ -107,7 +107,7 @@ def test_convergence() -> None:
     assert [grades[name]["missed"] for name in ("ess_bulk", "rhat", "pareto_k")] == [2, 1, 1]
     assert [grades[name]["worst"] for name in ("ess_bulk", "rhat", "pareto_k")] == [399.0, 1.03, 0.51]
     assert [grades[name]["median"] for name in ("ess_bulk", "rhat", "pareto_k")] == [400.0, 1.01, 0.5]
-    assert [grades[name]["demand"] for name in ("ess_bulk", "rhat")] == ["at least 400", "at most 1.02"]
+    assert [grades[name]["demand"] for name in ("ess_bulk", "rhat")] == ["at least 400", "at most 1.020"]
     assert "acceptance" not in grades
     # few draws have targets of their own, which the result states
     few = {"least_ess": 102.4, "largest_rhat": 1 + 3 / 64}
@@ -117,6 +117,11 @@ def test_convergence() -> None:
     )
     assert [row["demand"] for row in found["grades"]] == ["at least 102.4", "at most 1.047"]
     assert [row["missed"] for row in found["grades"]] == [1, 1] and found["missed"] == 1
+    # An R-hat that meets its target is not shown as one above it: 1.0467 is not "1.05" beside "at most 1.047".
+    of_page = trust.grade_rows([{"name": "rhat", "worst": 1.0467, "median": 1.0101}])
+    assert (of_page[0]["worst"], of_page[0]["median"]) == ("1.047", "1.010")
+    other = trust.grade_rows([{"name": "ess_bulk", "worst": 115.31, "median": None}])
+    assert (other[0]["worst"], other[0]["median"]) == ("115", "–")
     old = posteriors(
         {}, rows=SimpleNamespace(touch=np.arange(2)), sample_stats={"second_round": np.array([True, True])}
     )

@@ -31,6 +31,6 @@ def test_number_of_draws() -> None:
 def test_the_sentence_has_both_numbers() -> None:
     assert targets_missed({}) == ()
     assert targets_missed({"ess_bulk": 36.41, "rhat": 1.1213, "acceptance": 0.145}) == (
-        "The sampler did not reach its targets for the calibration (effective sample size 36, R-hat 1.12), so its "
+        "The sampler did not reach its targets for the calibration (effective sample size 36, R-hat 1.121), so its "
         "posterior is rough.",
     )
