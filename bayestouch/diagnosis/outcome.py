@@ -14,7 +14,7 @@ from bayestouch.diagnosis.verdict import structure_left
 from bayestouch.effects.effect import OWN
 from bayestouch.errors import few
 from bayestouch.model.usable_touches import DEAD
-from bayestouch.output.text import listed
+from bayestouch.output.text import in_form, listed
 from bayestouch.results.targets import targets_missed
 
 #: Text of each verdict in ``diagnosis.json``; the first two are the beginning of a sentence.
@@ -324,7 +324,7 @@ def _pairs(before: Mapping[str, Any], after: Mapping[str, Any], keys: list[str] 
             name = "prediction error of samples"
         known = [each[key] for each in found if each.get(key) is not None]
         if len(known) == len(found) and (keys is None or key in keys):
-            out[key] = f"{name} {' → '.join(format(factor * value, form) for value in known)}{unit}"
+            out[key] = f"{name} {' → '.join(in_form(factor * value, form) for value in known)}{unit}"
     return out
 
 
@@ -336,7 +336,7 @@ def before_and_after(numbers: Mapping[str, Any]) -> list[str]:
         return ["No touches were held out: errors are not estimated."]
     floor, limits = numbers["noise_floor_percent_peak"], numbers.get("lack_of_fit_limits", {}).get("after")
     if floor is not None:
-        shown["prediction_error_percent_peak"] += f" (noise alone {floor:.2f})"
+        shown["prediction_error_percent_peak"] += f" (noise alone {in_form(floor, '.2f')})"
     if "lack_of_fit" in shown and limits is not None and limits["high"] is not None:
         shown["lack_of_fit"] += f" ({limits['low']:.2f} to {limits['high']:.2f} if nothing is missing)"
     touches = numbers["data"]["held_out_touches"]

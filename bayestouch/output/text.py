@@ -38,6 +38,18 @@ def fixed(value: Any, decimals: int) -> str:
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
 
 
+def in_form(value: float, form: str) -> str:
+    """Return a number in a form with decimals, such as ``.2f``; with three digits, as in tables, if few would be left.
+
+    An error has at least two digits. A bias, whose form has a sign, has at least one: it is held against the error.
+    """
+    text = f"{value:{form}}"
+    signed = form.startswith("+")
+    if value == 0 or "." not in text or len(text.lstrip("+-0.")) > (0 if signed else 1):
+        return text
+    return f"{'+' if signed and value > 0 else ''}{number(value)}"
+
+
 def percent(value: Any) -> str:
     """Return a percentage as text: without decimals from 10 up, otherwise with one."""
     return fixed(value, 0 if value is not None and abs(value) >= 10 else 1)

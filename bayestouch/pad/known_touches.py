@@ -11,6 +11,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.grouping import grouped_mean
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
+from bayestouch.output.text import plus_minus
 
 SAMPLES = ("auto", "mean", "first", "last")
 
@@ -93,7 +94,9 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
         return "mean", ""
     share = float(across.sum() / along.sum())
     error = float(np.sqrt(((across - share * along) ** 2).sum()) / along.sum())
-    measured = f"{share:+.2%} ± {error:.2%} of the signal"
+    # The error of readings without noise is the rounding of these sums.
+    known = plus_minus(100 * share, 100 * error if error > 1e-12 else 0.0)
+    measured = f"{'+' if share > 0 else ''}{known} % of the signal"
     if abs(share) > _CREEP_SIGNIFICANCE * error:
         return "first", (
             f"readings change by {measured} between the first and the last sample of a touch (creep): "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bayestouch.output.text import fixed, number, percent
+from bayestouch.output.text import fixed, number
 
 #: Percentage of touches with several separate places from which predicted errors are said to be those about one place,
 #: and from which the advice is on the places: most touches have them.
@@ -43,9 +43,9 @@ def load_error(load: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
         "load error, rms",
         load["rms"],
         load["unit"],
-        f"{percent(load['rms_percent'])} % of the mean load; the force sensor's reading was not used",
+        f"{number(load['rms_percent'], 2)} % of the mean load; the force sensor's reading was not used",
     )
     return [
         f"Without help from the force sensor, load is read to {number(load['rms'], 2)} {load['unit']} rms "
-        f"({percent(load['rms_percent'])} % of the mean load)."
+        f"({number(load['rms_percent'], 2)} % of the mean load)."
     ]

@@ -321,6 +321,17 @@ def test_an_element_that_is_far_from_the_others_is_named(values: tuple[float, ..
     assert after == (f". {far}and these -0.21 to -0.05" if far else "")
 
 
+def test_small_errors_are_not_printed_as_zero() -> None:
+    small = {"prediction_error_percent_peak": 0.000676, "R_rms_mm": 0.00094, "R_bias_mm": -0.0004, "coverage_90": 0.9}
+    (said,) = outcome.before_and_after(
+        numbers(before=small, after=small, after_against_stated=small, noise_floor_percent_peak=0.00065)
+    )
+    assert said == (
+        "On 100 held-out touches: prediction error 0.000676 % of the peak (noise alone 0.000650), rms error of R "
+        "0.000940 mm, bias of R −0.000400 mm, coverage of 90 % intervals 90 %."
+    )
+
+
 def test_draws_that_missed_the_targets_are_said_beside_the_values_they_gave() -> None:
     effect = {"name": "memory", "summary": "", "parameters": {}, "indistinguishable_from": []}
     rough = {"ess_bulk": 36.4, "rhat": 1.121}

@@ -18,7 +18,23 @@ def test_an_element_without_a_signal_hides_no_creep(silent: float) -> None:
     touches = touches_from(touch, readings, sample=sample, x_mm=np.repeat(np.arange(10.0), 2), load=1.0)
     samples, why = choose_samples(touches)
     assert samples == "first"
-    assert "+4.88%" in why and "nan" not in why
+    assert "+4.878 % of the signal" in why and "nan" not in why
+
+
+def test_a_small_change_between_samples_is_stated_with_its_digits() -> None:
+    """Signals of 10,000 whose last sample is 0.02 more or 0.01 less in turn: changes of +2 and -1 millionths.
+
+    Weighted alike, their mean is 0.5 millionths of the signal, and each is 1.5 off: 1.5/√10 = 0.47 is the error.
+    """
+    readings = np.repeat(np.full(10, 1e4), 2)
+    readings[1::4] += 0.02
+    readings[3::4] -= 0.01
+    touch, sample = np.repeat(np.arange(10), 2), np.tile([0, 1], 10)
+    touches = touches_from(touch, readings[:, None], sample=sample, x_mm=touch.astype(float), load=1.0)
+    samples, why = choose_samples(touches)
+    assert samples == "mean" and why == (
+        "no creep between the samples of a touch (+0.000050 ± 0.000047 % of the signal): their mean is used"
+    )
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -30,7 +46,7 @@ def test_creep_is_found_in_rows_of_any_order(seed: int) -> None:
     touches = touches_from(touch, readings[:, None], sample=sample, x_mm=touch.astype(float), load=1.0)
     samples, why = choose_samples(touches)
     assert samples == "first"
-    assert "+4.88% ± 0.00% of the signal" in why
+    assert "+4.878 % of the signal" in why
     for which, number in (("first", 0), ("last", 2)):
         np.testing.assert_array_equal(counted_samples(touches, which).touch, touch[sample == number])
 

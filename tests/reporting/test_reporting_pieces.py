@@ -20,7 +20,7 @@ from bayestouch.checking.tables import indenter_name
 from bayestouch.data.json_values import strict
 from bayestouch.errors import InputError
 from bayestouch.output.files import new_folder, write_numbers
-from bayestouch.output.text import exact, fixed, listed, number, percent, plural, plus_minus, ranging
+from bayestouch.output.text import exact, fixed, in_form, listed, number, percent, plural, plus_minus, ranging
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
@@ -106,6 +106,29 @@ def test_other_text() -> None:
     assert (plural(1, "touch"), plural(3, "touch"), plural(2, "row")) == ("1 touch", "3 touches", "2 rows")
     assert listed(["a"]) == "a" and listed(["a", "b", "c"]) == "a, b and c"
     assert [indenter_name(r) for r in (0.0, 12.3, np.inf, np.nan)] == ["knife edge", "12.3 mm", "flat", "unknown"]
+
+
+@pytest.mark.parametrize(
+    ("value", "form", "text"),
+    [
+        (1.074, ".2f", "1.07"),
+        (0.104, ".2f", "0.10"),
+        (0.0004276, ".2f", "0.000428"),
+        (0.05, ".2f", "0.0500"),
+        (4.3e-5, ".2f", "4.30e−05"),
+        (0.0, ".2f", "0.00"),
+        (-0.1, "+z.2f", "-0.10"),
+        (0.02, "+z.2f", "+0.02"),
+        (0.0012, "+z.2f", "+0.00120"),
+        (-0.0012, "+z.2f", "−0.00120"),
+        (0.00018, ".3f", "0.000180"),
+        (3.3, ".0f", "3"),
+        (0.0006, ".2g", "0.000600"),
+    ],
+)
+def test_small_errors_have_digits(value: float, form: str, text: str) -> None:
+    """At least two digits of an error, and never zero for what is not."""
+    assert in_form(value, form) == text
 
 
 def test_error_summary() -> None:

@@ -11,6 +11,7 @@ from bayestouch.diagnosis.pictures.scatter import scatter_picture
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.model.held_out import HeldOut
 from bayestouch.output.pictures import Picture, canvas, drawing, rendered
+from bayestouch.output.text import in_form
 
 # If an effect within touches lowers the mean square of touch means by this factor, its figure shows touch means.
 IN_MEANS = 1.1
@@ -67,15 +68,15 @@ def three_maps(file: str, title: str, middle: str, before: HeldOut, after: HeldO
         axes[0][0].set_ylabel("element")
         figure.colorbar(mesh, ax=list(axes[0]), label="% of the peak reading", shrink=0.9, extend="both")
         content = rendered(figure, "png")
-    one, two = (100 * float(np.sqrt(np.nanmean(each.residual**2))) for each in (before, after))
+    one, two = (in_form(100 * float(np.sqrt(np.nanmean(each.residual**2))), ".2f") for each in (before, after))
     return Picture(
         file,
         "effects",
         title,
         f"Mean over held-out touches, against {quantity.name}, where it shows most. Left: the error of the model "
-        f"without it. Middle: what adding it changes. Right: what is left. Rms of all residuals {one:.2f} % of the "
-        f"peak before, {two:.2f} % after.",
-        f"Three maps of residuals by element and {quantity.name}; rms {one:.2f} % before, {two:.2f} % after.",
+        f"without it. Middle: what adding it changes. Right: what is left. Rms of all residuals {one} % of the "
+        f"peak before, {two} % after.",
+        f"Three maps of residuals by element and {quantity.name}; rms {one} % before, {two} % after.",
         content,
         "png",
     )
@@ -91,14 +92,14 @@ def one_map(held: HeldOut) -> Picture:
         axes[0, 0].set(ylabel="element", title="residual (reading − prediction)")
         figure.colorbar(mesh, ax=axes[0, 0], label="% of the peak reading", shrink=0.9)
         content = rendered(figure, "png")
-    rms = 100 * float(np.sqrt(np.nanmean(held.residual**2)))
+    rms = in_form(100 * float(np.sqrt(np.nanmean(held.residual**2))), ".2f")
     return Picture(
         "residual",
         "effects",
         "Residual",
         f"Mean over held-out touches, against {quantity.name}. Nothing was added to the model: patches of one colour "
-        f"would be structure, single cells are noise. Rms of all residuals {rms:.2f} % of the peak.",
-        f"Map of residuals by element and {quantity.name}; rms {rms:.2f} %.",
+        f"would be structure, single cells are noise. Rms of all residuals {rms} % of the peak.",
+        f"Map of residuals by element and {quantity.name}; rms {rms} %.",
         content,
         "png",
     )

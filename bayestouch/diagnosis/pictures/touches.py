@@ -7,6 +7,7 @@ import numpy as np
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.touch_errors import TouchReading
 from bayestouch.output.pictures import BLUE, GREY, RED, Picture, canvas, drawing, rendered
+from bayestouch.output.text import in_form
 
 
 def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOut, held_after: HeldOut) -> Picture:
@@ -25,7 +26,8 @@ def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOu
             errors = read.against_stated
             axis.set(
                 xlabel="R of the probe (mm)",
-                title=f"{label}: bias {errors['R_bias_mm']:+z.2f} mm, rms {errors['R_rms_mm']:.2f} mm",
+                title=f"{label}: bias {in_form(errors['R_bias_mm'], '+z.2f')} mm, "
+                f"rms {in_form(errors['R_rms_mm'], '.2f')} mm",
             )
         axes[0][0].set_ylabel("R as read (mm)")
         content = rendered(figure, "png")
@@ -34,8 +36,8 @@ def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOu
         "touches",
         "Radii of held-out touches",
         "Posterior mean of R and its central 90 % for each held-out touch, against the R of the probe as stated.",
-        "Rms error of R {:.2f} mm before and {:.2f} mm after.".format(
-            *(read.against_stated["R_rms_mm"] for read in (before, after))
+        "Rms error of R {} mm before and {} mm after.".format(
+            *(in_form(read.against_stated["R_rms_mm"], ".2f") for read in (before, after))
         ),
         content,
         "png",
