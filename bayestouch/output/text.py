@@ -41,7 +41,7 @@ def fixed(value: Any, decimals: int) -> str:
 def in_form(value: float, form: str) -> str:
     """Return a number in a form with decimals, such as ``.2f``; with three digits, as in tables, if few would be left.
 
-    An error has at least two digits. A bias, whose form has a sign, has at least one: it is held against the error.
+    An error has at least two digits. A bias, whose form has a sign, has at least one: it is compared with the error.
     """
     text = f"{value:{form}}"
     signed = form.startswith("+")

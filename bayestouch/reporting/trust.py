@@ -58,7 +58,7 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
                 "name": name,
                 "label": label,
                 "target": target,
-                "demand": f"at {'least' if sign > 0 else 'most'} {grade_text(name, target, 4)}",
+                "demand": f"at {'least' if sign > 0 else 'most'} {target_text(name, target)}",
                 "worst": float(sign * np.min(sign * values[given])) if given.any() else None,
                 "median": float(np.median(values[given])) if given.any() else None,
                 "missed": int(misses.sum()),
@@ -74,9 +74,14 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
     }
 
 
-def grade_text(name: str, value: float | None, digits: int = 3) -> str:
-    """A grade or its target as text. R-hat, which is near 1, has three decimals, as its target."""
-    return fixed(value, 3) if name == "rhat" else number(value, digits)
+def target_text(name: str, target: float) -> str:
+    """Target of a grade as text."""
+    return fixed(target, 3) if name == "rhat" else f"{target:.4g}"
+
+
+def grade_text(name: str, value: float | None) -> str:
+    """A grade as text. R-hat, which is near 1, has three decimals, as its target."""
+    return fixed(value, 3) if name == "rhat" else number(value)
 
 
 def grade_rows(grades: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -108,6 +108,7 @@ def test_convergence() -> None:
     assert [grades[name]["worst"] for name in ("ess_bulk", "rhat", "pareto_k")] == [399.0, 1.03, 0.51]
     assert [grades[name]["median"] for name in ("ess_bulk", "rhat", "pareto_k")] == [400.0, 1.01, 0.5]
     assert [grades[name]["demand"] for name in ("ess_bulk", "rhat")] == ["at least 400", "at most 1.020"]
+    assert grades["pareto_k"]["demand"] == "at most 0.5"
     assert "acceptance" not in grades
     # few draws have targets of their own, which the result states
     few = {"least_ess": 102.4, "largest_rhat": 1 + 3 / 64}
