@@ -24,7 +24,7 @@ def words(template: str, numbers: dict[str, Any], body: str = "finger") -> str:
 def test_only_a_finger_has_another_prior_of_the_radius(body: str, offered: bool) -> None:
     """`bayestouch infer --indenter` refuses pads."""
     found = {"noticeable": 0.05, "parameters": []}
-    said = words("checks.html", {"checks": {"predictive": None, "prior_sensitivity": found}}, body)
+    said = words("checks.html", {"checks": {"predictive": None, "others_read": True, "prior_sensitivity": found}}, body)
     assert "Touches have uniform priors, which no power changes" in said
     assert ("--indenter" in said) == offered
 
