@@ -14,6 +14,7 @@ from bayestouch.diagnosis import outcome
 from bayestouch.output.pictures import Picture
 from bayestouch.output.text import number
 from bayestouch.reporting import page as pages
+from bayestouch.reporting import trust
 from bayestouch.reporting.finger import sketch as finger_sketch
 from bayestouch.reporting.live import live_figures
 from bayestouch.reporting.pad import sketch as pad_sketch
@@ -56,6 +57,7 @@ def not_in_numbers(
         patch.setattr(pages, "_place", _exactly)
         patch.setattr(pages, "_radius", lambda estimate: _exactly(estimate["r_c_mm"]))
         patch.setattr(pages, "plus_minus", lambda mean, sd: f"{_exactly(mean)} ± {_exactly(sd)}")
+        patch.setattr(trust, "grade_text", lambda name, value: _exactly(value))
         patch.setattr(outcome, "_probability", _exactly)
         html = pages.render(numbers, pictures)
     text = " ".join(Page(re.sub(r"<style>.*?</style>", "", html, flags=re.DOTALL)).text)
