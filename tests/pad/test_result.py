@@ -105,7 +105,8 @@ def test_the_bound_of_a_prior_is_stated_and_not_the_value_beside_it(
     width = SimpleNamespace(prior=prior, description="half-width of the contact", unit="mm")
     kernel = SimpleNamespace(parameters=(width,))
     chain = SimpleNamespace(values=(value,))
-    model: Any = SimpleNamespace(score=7.0, place_error=0.0, kernel=kernel, fit=SimpleNamespace(chain=chain))
+    fit = SimpleNamespace(chain=chain)
+    model: Any = SimpleNamespace(score=7.0, place_error=0.0, kernel=kernel, fit=fit, has_map=True)
     priors = SimpleNamespace(moved="")
     problem: Any = SimpleNamespace(known=SimpleNamespace(pure_error_variance=np.ones(1)), priors=priors)
     expected = [] if said is None else [f"half-width of the contact {said}"]
