@@ -18,12 +18,18 @@ from bayestouch.errors import InputError
 # Standard deviation of the prior of an unmeasured load about its estimate from the readings, over the mean load: nearly
 # flat. The density has a factor 1/P in addition, see `bayestouch.finger.density.log_prior_of_loads`.
 UNMEASURED_LOAD_SD = 10.0
-# Range in which an unmeasured load is searched: from and to so many times the mean load, or farther, to half of the
-# smallest and half as much again as the largest load that was measured.
+# Range in which a load that is not known is searched: from and to so many times the mean load, or farther, to half of
+# the smallest and half as much again as the largest load that was measured. Contacts are tabulated farther, up to
+# `bayestouch.finger.likelihood.LOAD_REACH` times the largest load.
 LEAST_LOAD, MOST_LOAD = 0.05, 3.0
 BELOW_SMALLEST, ABOVE_LARGEST = 0.5, 1.5
 # Largest angle between element and touch, degree, for the starting value of the response of the element.
 NEAR_DEG = 15.0
+
+
+def hardest_load(typical: float, largest: float) -> float:
+    """Load up to which a load that is not known is searched, from the mean and the largest load of the calibration."""
+    return max(MOST_LOAD * typical, ABOVE_LARGEST * largest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +163,7 @@ class KnownTouches:
         """Lowest and highest load that is searched for a touch whose load was not measured, N/m."""
         measured = self.load[self.load_reads > 0]
         low = min(LEAST_LOAD * self.typical_load, BELOW_SMALLEST * float(measured.min()))
-        return low, max(MOST_LOAD * self.typical_load, ABOVE_LARGEST * float(measured.max()))
+        return low, hardest_load(self.typical_load, float(measured.max()))
 
     def load_range(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest load (t,) at which each touch is evaluated, N/m."""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.arrays import read_once
+from bayestouch.finger.known_touches import hardest_load
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.signal_noise import SignalNoise
@@ -20,11 +21,6 @@ from bayestouch.priors.indenters import IndenterPrior, UniformRadius
 from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.reading.ends import is_at_the_end
 from bayestouch.results.objects import Calibration
-
-# The prior of P ends at the larger of so many typical loads and so many times the largest load of the calibration. The
-# two are equal where the largest load is twice the typical one. Contacts are tabulated farther, up to
-# `bayestouch.finger.likelihood.LOAD_REACH` times the largest load.
-TYPICAL_LOADS, LARGEST_LOADS = 3.0, 1.5
 
 
 class CalibratedFinger(Protocol):
@@ -178,7 +174,7 @@ class IndenterPriors:
         return cls(
             radius=(indenter or UniformRadius()).radius_prior(chain.outer_radius_mm),
             location=Uniform(float(chain.angle.min() - margin), float(chain.angle.max() + margin)),
-            load=Uniform(0.0, max(TYPICAL_LOADS * typical_load, LARGEST_LOADS * largest_load)),
+            load=Uniform(0.0, hardest_load(typical_load, largest_load)),
         )
 
     @classmethod
