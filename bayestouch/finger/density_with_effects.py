@@ -77,7 +77,7 @@ class EffectPosterior:
         assert used.all()
         known = replace(known, load=model.load)
         effects = joint_effects(tuple(effect for effect, _ in fitted.noise.effects), raw.deviation.size)
-        prior = priors.flat(model.finger, known).with_values(
+        prior = priors.flat(model.finger, known, priors.apparent_response(model.finger, known)).with_values(
             [(p.prior, p.logarithmic) for effect in model.effects for p in effect.parameters],
             [
                 *((p.prior, True) for drift, _ in fitted.drifts for p in drift.parameters[:FREE]),

@@ -101,7 +101,7 @@ def fit_finger(
     """
     known, used = identifying_touches(means, finger)
     apparent = priors.apparent_response(finger, known)
-    prior = priors.flat(finger, known)
+    prior = priors.flat(finger, known, apparent)
     start = prior.mean[: prior.layout.n_chain].copy()
     start[prior.layout.response] = np.log(np.abs(apparent))
     model = FingerModel(

@@ -154,10 +154,9 @@ class FingerPriors:
         )
         return known.apparent_response(finger, chain.predict(known.radius_mm, known.angle, known.load))
 
-    def flat(self, finger: Finger, known: KnownTouches) -> FlatPrior:
-        """Priors of all coordinates of the flat vector, for these touches."""
-        m = finger.n_elements
-        apparent = np.abs(self.apparent_response(finger, known))
+    def flat(self, finger: Finger, known: KnownTouches, apparent: FloatArray) -> FlatPrior:
+        """Priors of all coordinates of the flat vector, for these touches and their `apparent_response` (m,)."""
+        m, apparent = finger.n_elements, np.abs(apparent)
         nominal = np.radians(finger.element_angles_deg)
         response = [self.response or LogNormal(float(one), np.log(3.0)) for one in apparent]
         peak = apparent * known.typical_load
