@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ def page() -> str:
             out += ["", f"## {stage.capitalize()}: {STAGES[stage]}"]
         out += ["", f"### {name}", "", inspect.getdoc(cls) or "", "", f"![{cls.summary}](effects/{name}.png)", ""]
         out += ["| parameter | unit | meaning | does nothing at | prior |", "|---|---|---|---|---|"]
-        out += [_row(name, each) for each in effect.parameters]
+        out += [_row(name, each) for each in _without_repeats(effect.parameters)]
         looser = effect.looser(2)
         more = () if looser is None else looser.parameters[len(effect.parameters) :]
         if more:
@@ -65,12 +66,16 @@ def page() -> str:
                 "| parameter | unit | meaning | prior |",
                 "|---|---|---|---|",
             ]
-            # of the elements the first stands for all
-            kept = [each for each in more if not each.name.startswith(OWN) or each.name == f"{OWN}01"]
             out += [
-                f"| `{name}_{each.name}` | {each.unit} | {each.description} | {_prior(each.prior)} |" for each in kept
+                f"| `{name}_{each.name}` | {each.unit} | {each.description} | {_prior(each.prior)} |"
+                for each in _without_repeats(more)
             ]
     return "\n".join([*out, *simulated()]) + "\n"
+
+
+def _without_repeats(parameters: Sequence[EffectParameter]) -> list[EffectParameter]:
+    """Parameters, of those of the elements only the first, which stands for all."""
+    return [each for each in parameters if not each.name.startswith(OWN) or each.name == f"{OWN}01"]
 
 
 def _row(name: str, each: EffectParameter) -> str:

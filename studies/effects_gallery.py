@@ -25,7 +25,9 @@ from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.pictures.maps import binned, draw_map, most_telling
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
+from bayestouch.effects.effect import OWN
 from bayestouch.effects.listing import PAD, typical
+from bayestouch.effects.readout import RestOffset
 from bayestouch.effects.surface import SurfaceProfile
 from bayestouch.finger.quantities import quantities
 from bayestouch.finger.start import base_fit
@@ -96,6 +98,8 @@ def sized(scene: Scene, effect: Effect) -> tuple[tuple[float, ...], np.ndarray]:
     if isinstance(effect, SurfaceProfile):
         # a constant profile would be taken for another modulus: five waves over the range
         values = tuple(np.array(values) * np.cos(np.linspace(0, 10 * np.pi, len(values))))
+    if isinstance(effect, RestOffset):
+        values = tuple(np.array(values) * (-1.0) ** np.arange(len(values)))
     peak = scene.fitted.model.peak
     for _ in range(3):
         change = scene.change(effect, values) / peak
@@ -110,7 +114,10 @@ def sized(scene: Scene, effect: Effect) -> tuple[tuple[float, ...], np.ndarray]:
 
 
 def stated(effect: Effect, values: tuple[float, ...]) -> str:
-    pairs = zip(effect.parameters, values, strict=True)
+    """Values with names and units; of those of the elements only the first two."""
+    pairs = [
+        (p, v) for p, v in zip(effect.parameters, values, strict=True) if not p.of_element or p.name <= f"{OWN}02"
+    ]
     return ", ".join(f"{p.name.replace('_', ' ')} {v:.3g} {p.unit}".rstrip() for p, v in pairs)
 
 

@@ -13,7 +13,6 @@ from bayestouch.diagnosis.causes import IN_TIME, causes, drifts_not_added, numbe
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.fingerprints import data_fingerprints
 from bayestouch.diagnosis.imitations import Named, by_chance, with_imitations
-from bayestouch.diagnosis.offsets import like_an_offset
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
@@ -73,7 +72,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
         "not_distinguishable": _not_distinguishable(traced),
         "measure": None if traced.advice is None else {**asdict(traced.advice), "advice": str(traced.advice)},
         "rounds": [_round(each) for each in traced.rounds],
-        "notes": [*data.notes, *like_an_offset(data, traced.explained.fitted)],
+        "notes": list(data.notes),
     }
     if traced.corrected is not None and traced.corrected.correction is not None:
         numbers["correction"] = {

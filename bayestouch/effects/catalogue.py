@@ -11,7 +11,7 @@ from bayestouch.effects.element import Aperture, ChannelLag, Crosstalk, Proximit
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
 from bayestouch.effects.pad import CreepByElement, LoadNonlinearity
 from bayestouch.effects.random import BaselineDrift, GainDrift
-from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
+from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, RestOffset, Saturation
 from bayestouch.effects.rig import LoadMisalignment, LoadOffset, ProberEccentricity
 from bayestouch.effects.surface import SurfaceProfile
 from bayestouch.errors import InputError
@@ -35,6 +35,7 @@ _BUILT_IN: tuple[type[Effect], ...] = (
     Proximity,
     GainNonlinearity,
     Saturation,
+    RestOffset,
     BaselineDrift,
     GainDrift,
     Creep,

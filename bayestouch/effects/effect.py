@@ -55,6 +55,8 @@ class Setting:
     own_rest : bool
         Whether every touch has a rest reading of its own, which is subtracted from it. What changes readings with or
         without a touch, and slowly, is then subtracted, too.
+    any_rest : bool
+        Whether some rows are without contact, so that a rest reading is subtracted.
     """
 
     finger: bool
@@ -72,6 +74,7 @@ class Setting:
     loads_vary: bool = True
     radii_mm: tuple[float, float] = (0.0, 0.0)
     own_rest: bool = False
+    any_rest: bool = True
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def typical(cls: type[Effect]) -> Effect | None:
     return next((effect for effect in suited if effect is not None), None)
 
 
-#: The paper's finger with edges and flats all around, five samples a touch; and a pad of three by three elements.
+#: The paper's finger with edges and flats all around, five samples a touch, none without contact; and a pad of three by three elements.
 FINGER = Setting(
     finger=True,
     n_elements=16,
@@ -65,6 +65,7 @@ FINGER = Setting(
     gap_s=4.0,
     span_s=3600.0,
     radii_mm=(9.4, 12.7),
+    any_rest=False,
 )
 PAD = Setting(
     finger=False,

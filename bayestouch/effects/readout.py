@@ -27,6 +27,8 @@ WEIGHTS, BEND = GAIN_CURVE.root.shape[1], 0.1
 # Least power of the strain in the share of a slow change. At -1 the change would be the same for any strain, and with
 # still lower powers a small strain would leave more than a large one.
 LEAST_STRAIN_POWER = -0.9
+# Sd of the reading without touch over the peak: the zero of a bridge or a pressure sensor may be that far away.
+OFFSET = 0.3
 
 
 @dataclass(frozen=True)
@@ -139,6 +141,34 @@ class Saturation(Effect):
         size = np.abs(recording.signal)
         less, more = np.minimum(size, limit), np.maximum(size, limit)
         return np.asarray(np.sign(recording.signal) * less / (1 + (less / more) ** knee) ** (1 / knee))
+
+
+@dataclass(frozen=True)
+class RestOffset(Effect):
+    """Each element reads a constant without touch, which nobody subtracted: y + offset peak.
+
+    The offset of element e is `own_e` times the peak of its reading. Where the tables have rows without touch, their
+    mean is subtracted and the effect is not looked for. On a pad, offsets are parameters of the base model.
+
+    Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions (zero offset).
+    """
+
+    parameters: tuple[EffectParameter, ...]
+
+    name: ClassVar[str] = "rest_offset"
+    stage: ClassVar[Stage] = "readout"
+    summary: ClassVar[str] = "readings that are not zero without touch"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        if not setting.finger or setting.any_rest:
+            return None
+        own = own_parameters(setting.n_elements, "reading without touch, as a share of the peak,", OFFSET)
+        return cls(tuple(replace(each, null=0.0, probes=(0.01,)) for each in own))
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        return np.asarray(recording.signal + np.array(values) * recording.peak)
 
 
 @dataclass(frozen=True)

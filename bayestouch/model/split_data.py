@@ -317,6 +317,7 @@ class SplitData:
             time_unit=self.unit,
             loads_vary=loads_vary(table.load[table.in_contact]),
             own_rest=self._own_rest,
+            any_rest=not contact_rows.all(),
             **body_of(sensor).setting(sensor.body, contact),
         )
 

@@ -164,6 +164,7 @@ class Plan:
             gap_s=LIFT_INTERVAL_S + SAMPLE_INTERVAL_S,
             span_s=float(self.time_s[-1] - self.time_s[0]),
             radii_mm=radii_mm,
+            any_rest=False,
         )
 
     def commanded(self, sensor: Built) -> Recording:

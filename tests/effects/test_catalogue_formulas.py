@@ -187,6 +187,11 @@ def test_saturation_has_a_limit_and_a_knee(values: tuple[float, float, float]) -
     same(effect("saturation").signal(finger(), values), forms.saturation(SIGNAL, PEAK, *values))
 
 
+def test_rest_offset_is_a_share_of_the_peak_of_each_element() -> None:
+    shares = np.linspace(-0.2, 0.3, M)
+    same(effect("rest_offset").signal(finger(), tuple(shares)), forms.rest_offset(SIGNAL, PEAK, shares))
+
+
 @pytest.mark.parametrize("share", [0.2, -0.2])
 def test_creep_starts_with_the_touch_and_settles(share: float) -> None:
     same(effect("creep").signal(finger(), (share, 0.7)), forms.creep(SIGNAL, HELD, share, 0.7))

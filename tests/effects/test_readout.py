@@ -10,7 +10,7 @@ import pytest
 from bayestouch.chain.recording import History, Recording
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.listing import FINGER, PAD
-from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
+from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, RestOffset, Saturation
 
 
 def recording(signal: list[float], before: list[float]) -> Recording:
@@ -36,6 +36,7 @@ def recording(signal: list[float], before: list[float]) -> Recording:
         (GainNonlinearity(), (0.2, 1.5)),
         (Saturation(), (0.8, 8.0, 0.5)),
         (Creep(()), (0.3, 1.5)),
+        (RestOffset(()), (0.1, -0.2)),
         (Memory((), 3.0), (0.1, 4.0, 0.5)),
     ],
 )
@@ -46,6 +47,14 @@ def test_signal_of_one_element_does_not_reach_the_others(effect: Effect, values:
     assert first[0] == second[0] != 2.0
     assert first[1] != second[1]
     assert not effect.mixes
+
+
+def test_an_offset_is_looked_for_on_fingers_without_rest_readings_alone() -> None:
+    assert not FINGER.any_rest and PAD.any_rest
+    found = RestOffset.suited(FINGER)
+    assert found is not None and len(found.amplitudes) == FINGER.n_elements
+    for setting in (replace(FINGER, any_rest=True), replace(PAD, any_rest=False)):
+        assert RestOffset.suited(setting) is None
 
 
 def test_limits_that_are_unequal_and_fall() -> None:

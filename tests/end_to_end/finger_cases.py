@@ -67,6 +67,8 @@ def both(name: str, values: dict[str, float], seen: tuple[str, ...], **more: obj
 
 #: Weights of 21 knots from -90° to 90°. Data see those within the elements, which end at 31°.
 PROFILE = {f"weight_{i:02d}": float(0.03 * (-1) ** (i // 2)) for i in range(1, 22)}
+#: Of eight elements, both signs.
+OFFSETS = {f"own_{e:02d}": float(0.05 * (-1) ** e + 0.004 * e) for e in range(1, 9)}
 
 CASES = (
     *both("prober_eccentricity", {"sine": 2.0, "cosine": -1.5}, ("sine", "cosine")),
@@ -87,6 +89,7 @@ CASES = (
     *both("proximity", {"share": 0.06, "width": 30.0, "load_power": 0.3, "tails": 0.5}, ("share",), design=AS_BUILT),
     *both("gain_nonlinearity", {"share": 0.15, "power": 1.5}, ("share",)),
     Case("saturation", {"level": 0.85, "knee": 12.0, "shared": 0.3}, ("level",)),
+    Case("rest_offset", OFFSETS, tuple(OFFSETS)),
     Case("baseline_drift", {"sd": 0.012, "time": 60.0}, ("sd",), NOISY),
     # Seventeen times the noise of a touch's mean: the course itself is seen, more than any knots would hold of it.
     Case("baseline_drift", {"sd": 0.03, "time": 60.0}, ("sd",), DESIGN),

@@ -137,6 +137,7 @@ AFTER: dict[str, Apply] = {
     ),
     "gain_nonlinearity": _on_signal(lambda r, v: forms.gain_nonlinearity(r.signal, peak(r), v["share"], v["power"])),
     "saturation": _on_signal(lambda r, v: forms.saturation(r.signal, peak(r), v["level"], v["knee"], v["shared"])),
+    "rest_offset": _on_signal(lambda r, v: forms.rest_offset(r.signal, peak(r), np.array(list(v.values())))),
     "baseline_drift": _baseline_drift,
     "gain_drift": _gain_drift,
     "creep": _on_signal(lambda r, v: forms.creep(r.signal, held(r), v["share"], v["time"])),

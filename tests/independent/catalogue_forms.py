@@ -124,6 +124,11 @@ def saturation(signal: Array, peak: Array, level: float, knee: float, shared: fl
     return np.asarray(signal / (1 + np.abs(signal / limit) ** knee) ** (1 / knee))
 
 
+def rest_offset(signal: Array, peak: Array, shares: Array) -> Array:
+    """y + share of each element (m,) × its peak: a constant that is there without touch."""
+    return np.asarray(signal + shares * peak)
+
+
 def creep(signal: Array, held: Array, share: Array | float, time: float) -> Array:
     """y (1 + share (1 - exp(-t/time))), t since the touch began; `share` of all elements or of each (m,)."""
     return np.asarray(signal * (1 + np.asarray(share) * (1 - np.exp(-held / time))[:, None]))
