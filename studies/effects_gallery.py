@@ -115,9 +115,7 @@ def sized(scene: Scene, effect: Effect) -> tuple[tuple[float, ...], np.ndarray]:
 
 def stated(effect: Effect, values: tuple[float, ...]) -> str:
     """Values with names and units; of those of the elements only the first two."""
-    pairs = [
-        (p, v) for p, v in zip(effect.parameters, values, strict=True) if not p.of_element or p.name <= f"{OWN}02"
-    ]
+    pairs = [(p, v) for p, v in zip(effect.parameters, values, strict=True) if not p.of_element or p.name <= f"{OWN}02"]
     return ", ".join(f"{p.name.replace('_', ' ')} {v:.3g} {p.unit}".rstrip() for p, v in pairs)
 
 

@@ -51,7 +51,8 @@ def typical(cls: type[Effect]) -> Effect | None:
     return next((effect for effect in suited if effect is not None), None)
 
 
-#: The paper's finger with edges and flats all around, five samples a touch, none without contact; and a pad of three by three elements.
+#: The paper's finger with edges and flats all around, five samples a touch, none without contact; and a pad of three by
+#: three elements.
 FINGER = Setting(
     finger=True,
     n_elements=16,

@@ -45,10 +45,15 @@ from bayestouch.sampling.draws import thinned
 from bayestouch.version import __version__
 
 
-def with_no_offset(notes: Sequence[str]) -> tuple[str, ...]:
-    """Notes of a calibration; that of readings without a rest reading says what it means on a finger."""
-    why = f"{NO_REST}; a finger has no offset, so they must be zero without touch"
-    return tuple(why if note == NO_REST else note for note in notes)
+def about_offsets(notes: Sequence[str], *, fitted: bool = False) -> tuple[str, ...]:
+    """Notes of a calibration; that of readings without a rest reading says what it means on a finger.
+
+    `fitted` says that the offset of each element is an effect of the model.
+    """
+    what = "the offset of each element is fitted"
+    if not fitted:
+        what = "a finger has no offset, so they must be zero without touch (a diagnosis looks for an offset)"
+    return tuple(f"{NO_REST}; {what}" if note == NO_REST else note for note in notes)
 
 
 def calibrate_finger(
@@ -248,7 +253,7 @@ def finger_calibration(
         notes=tuple(
             dict.fromkeys(
                 (
-                    *with_no_offset(notes),
+                    *about_offsets(notes),
                     *_noise_notes(touches, priors),
                     *from_prior,
                     *_left_out(used),

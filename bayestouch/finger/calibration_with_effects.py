@@ -11,7 +11,8 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
 from bayestouch.effects import Effect, Setting
-from bayestouch.finger.calibration import far_from_stated, layout, with_no_offset
+from bayestouch.effects.readout import RestOffset
+from bayestouch.finger.calibration import about_offsets, far_from_stated, layout
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.fit_with_effects import EffectFit, effect_fit
 from bayestouch.finger.lacking import shear_modulus_from_prior
@@ -124,7 +125,7 @@ def calibration_with_effects(
         statistics={**fit_statistics(fitted, rows, spread), **grades},
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
         notes=(
-            *with_no_offset(notes),
+            *about_offsets(notes, fitted=RestOffset.name in fitted.names),
             *from_prior,
             *other_polarity(model.chain(fitted.vector).response, rows.observed),
             *far_from_stated(priors, sensor, named),

@@ -13,6 +13,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import as_floats
 from bayestouch.data.baseline import combined_reads
 from bayestouch.data.touch_columns import LARGEST, LARGEST_TIME
+from bayestouch.effects.readout import RestOffset
 from bayestouch.errors import InputError, about, shown
 from bayestouch.live.files import load_setup, save_setup
 from bayestouch.model.body import body_of
@@ -21,6 +22,7 @@ from bayestouch.output.text import plural
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.reading.live import HeldTouch, LiveBody, LiveTouch
 from bayestouch.reading.options import Options
+from bayestouch.results.keys import effect_names
 from bayestouch.results.objects import Calibration
 
 #: Names of the rest reading and of its number of reads among the tables of a saved reader.
@@ -175,8 +177,11 @@ class Reader(Summarised):
         Raises
         ------
         InputError
-            If the number of elements is wrong, or a number is infinite or too large; a missing one is NaN.
+            If the number of elements is wrong, or a number is infinite or too large; a missing one is NaN. Or if the
+            calibration has the offset of each element as an effect.
         """
+        if self._has_offsets:
+            raise InputError(f"rest reading: the calibration has the offset of each element ({RestOffset.name})")
         samples = np.atleast_2d(_numbers("rest reading", values))
         if samples.shape[1:] != (self._body.n_elements,) or not len(samples):
             raise InputError(f"rest reading: expected {self._body.n_elements} elements, got shape {samples.shape}")
@@ -197,7 +202,7 @@ class Reader(Summarised):
         InputError
             If the file cannot be written.
         """
-        rest = {REST: self.rest_reading}
+        rest = {} if self._has_offsets else {REST: self.rest_reading}
         if self._rest_reads is not None:
             rest |= {READS: self._rest_reads}
         save_setup(path, self.calibration, {**self._body.arrays(), **rest})
@@ -227,6 +232,11 @@ class Reader(Summarised):
                 reader.rest(rest)
             reader._rest_reads = reads
         return reader
+
+    @property
+    def _has_offsets(self) -> bool:
+        """Whether the calibration has the offset of each element as an effect."""
+        return RestOffset.name in effect_names(self.calibration.settings)
 
     def _added(self, sample: FloatArray, pressed: float, reads: float, now: float) -> LiveTouch:
         """Posterior of the held touch, or of a new one, after a sample that was checked."""

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.data.baseline import Baseline
+from bayestouch.array_types import FloatArray
+from bayestouch.data.baseline import Baseline, RestTally
 from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
+from bayestouch.effects.readout import RestOffset
 from bayestouch.errors import few
 from bayestouch.output.text import those_with
 from bayestouch.reading.check import check_sensor
@@ -20,8 +22,12 @@ from bayestouch.reading.fault_notes import fault_notes, fault_settings
 from bayestouch.reading.options import Options
 from bayestouch.reading.requested import requested_groups
 from bayestouch.reading.touch_reader import Drawn, TouchReader
+from bayestouch.results.keys import effect_names
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.version import __version__
+
+#: Note of touches that are read with the offsets of the calibration.
+OWN_OFFSETS = "the calibration has the offset of each element (rest_offset): readings are taken as they are"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +116,8 @@ def touch_run(
     InputError
         If the rest reading of the calibration belongs to other elements than the table.
     """
-    # Each touch is read by itself, with the whole noise of the rest reading.
     variance = calibration.noise.tactile_sd**2
-    before = calibration.rest_reads
-    baseline = Baseline.of(found.rest, calibration.rest_reading, each=True, before=before, variance=variance)
+    baseline = _baseline(found.rest, calibration, variance)
     # If a touch depends on other touches, the whole table is in memory and is prepared at once.
     whole = reader.average(baseline.subtracted(source.whole())) if reader.needs_whole_table else None
     block = None if whole is None else reader.ready(whole)
@@ -160,6 +164,15 @@ def touch_run(
         count if block is None else block.n_touches,
         lambda size: in_blocks(parts(), size),
     )
+
+
+def _baseline(rest: RestTally, calibration: Calibration, variance: FloatArray) -> Baseline:
+    """What is subtracted from the readings; nothing if the calibration has the offset of each element as an effect."""
+    if RestOffset.name in effect_names(calibration.settings):
+        return Baseline(None, False, OWN_OFFSETS)
+    # Each touch is read by itself, with the whole noise of the rest reading.
+    before = calibration.rest_reads
+    return Baseline.of(rest, calibration.rest_reading, each=True, before=before, variance=variance)
 
 
 def _without_reading(found: Survey) -> tuple[str, ...]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from known_fingers import ANGLES, dataset, known_touches
 
+from bayestouch.data.baseline import NO_REST
 from bayestouch.data.touches import touches_from
-from bayestouch.finger.calibration import calibrate_finger
+from bayestouch.finger.calibration import about_offsets, calibrate_finger
 from bayestouch.results.keys import REST_READING
 
 
@@ -28,8 +29,14 @@ def test_the_rest_reading_is_kept_only_where_there_is_one() -> None:
         reads=np.r_[np.ones(n), 1e6, 1e6],
     )
     without = calibrate_finger(dataset(pressed), contact="layer", draws=8, seed=0)
-    zero = "readings are taken as they are; a finger has no offset, so they must be zero without touch"
-    assert f"no reading without contact: {zero}" in without.notes
+    zero = "a finger has no offset, so they must be zero without touch (a diagnosis looks for an offset)"
+    assert f"{NO_REST}; {zero}" in without.notes
     kept = calibrate_finger(dataset(both), contact="layer", draws=8, seed=0)
     assert REST_READING not in without.extra
     np.testing.assert_allclose(kept.extra[REST_READING], np.full(m, 6.0))
+
+
+def test_a_calibration_with_offsets_says_that_they_are_fitted() -> None:
+    fitted = about_offsets(("other", NO_REST), fitted=True)
+    assert fitted == ("other", f"{NO_REST}; the offset of each element is fitted")
+    assert "they must be zero" in about_offsets((NO_REST,))[0]

@@ -96,7 +96,7 @@ def test_predicted_touches_are_counted(count: int, said: str) -> None:
 
 
 REST = "no reading without contact: readings are taken as they are"
-OF_FINGER = f"{REST}; a finger has no offset, so they must be zero without touch"
+OF_FINGER = f"{REST}; a finger has no offset, so they must be zero without touch (a diagnosis looks for an offset)"
 
 
 @pytest.mark.parametrize(
