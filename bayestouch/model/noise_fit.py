@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.noise_posterior import FoundNoise, variance_of_others
@@ -23,12 +24,11 @@ def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
     effect, values = found.effect, found.values
     noise = noise.with_(effects=(*noise.effects, (effect, values)))
-    changing = model.predict(vector).samples
-    own_sd = found.own_sd
+    predicted, own_sd = model.predict(vector), found.own_sd
     if noise.added.adds:
         # A large deviation where other effects make the noise large is no wrong reading.
-        own_sd = np.sqrt(own_sd**2 + variance_of_others(fitted))[model.known.row_touch]
-    wrong = effect.wrong(from_prediction(model.known.table, changing), own_sd, noise.peak, values)
+        own_sd = np.sqrt(own_sd**2 + variance_of_others(noise, predicted.touches))[model.known.row_touch]
+    wrong = effect.wrong(from_prediction(model.known.table, predicted.samples), own_sd, noise.peak, values)
     if wrong is not None:
         cleaned = model.known.without(wrong)
         model = model.with_readings(cleaned)
@@ -41,7 +41,7 @@ def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     if added := effect.added(values):
         noise = noise.with_(added=replace(noise.added, **added), sd=found.own_sd)
         if "common" in added:
-            noise = _with_touch_size(noise, _touch_size(fitted, noise))
+            noise = _with_touch_size(noise, _touch_size(fitted, noise, predicted.touches))
     return fit(model, vector, noise, fitted.drifts)
 
 
@@ -49,10 +49,9 @@ def _with_touch_size(noise: NoiseModel, size: float) -> NoiseModel:
     return noise.with_(added=replace(noise.added, common_touch=size))
 
 
-def _touch_size(fitted: Fitted, noise: NoiseModel) -> float:
+def _touch_size(fitted: Fitted, noise: NoiseModel, predicted: FloatArray) -> float:
     """Size of the shared error that is equal in all samples of a touch, by the likelihood of the mean readings."""
-    model, vector = fitted.model, fitted.vector
-    predicted, by_load = model.predict(vector).touches, model.by_load(vector)
+    model, by_load = fitted.model, fitted.model.by_load(fitted.vector)
     residual = model.known.means.readings - predicted - fitted.drifted
 
     def log_likelihood(size: float) -> float:

@@ -68,7 +68,8 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
     assert scatter is not None, "a candidate was found in repeats"
     scale = scatter.sd * fitted.model.peak
     if others and isinstance(effect, Outliers):
-        terms: Terms = OutlierLikelihood.of(scatter, variance_of_others(fitted) / scale**2)
+        signal = fitted.model.predict(fitted.vector).touches
+        terms: Terms = OutlierLikelihood.of(scatter, variance_of_others(fitted.noise, signal) / scale**2)
     elif others and effect.added(found.values):
         terms = terms_beside_others(fitted, effect, scale)
     else:
@@ -104,9 +105,8 @@ def rewhitened(fitted: Fitted, noise: NoiseModel) -> Fitted:
     return replace(fitted, noise=noise, whitening=whitening)
 
 
-def variance_of_others(fitted: Fitted) -> FloatArray:
-    """Variance of one reading by the noise effects of a model, without each element's own noise, (t, m)."""
-    signal, noise = fitted.model.predict(fitted.vector).touches, fitted.noise
+def variance_of_others(noise: NoiseModel, signal: FloatArray) -> FloatArray:
+    """Variance of one reading by noise effects, without each element's own noise, for predicted signals (t, m)."""
     return noise.with_(sd=np.zeros(len(noise.sd))).variance(signal, 1)
 
 

@@ -14,7 +14,7 @@ from bayestouch.model import noise_fit
 from bayestouch.model.noise import AddedNoise, NoiseModel
 from bayestouch.model.noise_posterior import FoundNoise
 
-NO_CHANGE = SimpleNamespace(samples=None)
+NO_CHANGE = SimpleNamespace(samples=None, touches=None)
 WITHOUT_TABLE = SimpleNamespace(known=SimpleNamespace(table=None), predict=lambda vector: NO_CHANGE)
 SD, PEAK = np.array([1.0, 0.5]), np.array([100.0, 40.0])
 
@@ -98,7 +98,7 @@ def test_scatter_that_effects_explain_is_no_noise(monkeypatch: pytest.MonkeyPatc
 
 
 def test_an_error_that_all_elements_share(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(noise_fit, "_touch_size", lambda fitted, noise: 0.007)
+    monkeypatch.setattr(noise_fit, "_touch_size", lambda fitted, noise, predicted: 0.007)
     noise = noise_fit.with_noise(fitted(WITHOUT_TABLE), found(CommonModeNoise(), (0.02, 0.3))).noise
     assert noise.added == AddedNoise(common=0.02, common_shared=0.3, common_touch=0.007)
     np.testing.assert_array_equal(noise.sd, OWN)
@@ -123,9 +123,7 @@ def test_size_of_what_a_whole_touch_shares(shift: float) -> None:
     empty = SimpleNamespace(
         row_touch=np.zeros(0, dtype=int), weight=np.zeros(0), deviation=np.zeros((0, 2)), means=means
     )
-    model = SimpleNamespace(
-        known=empty, predict=lambda vector: SimpleNamespace(touches=predicted), by_load=lambda vector: np.zeros((3, 2))
-    )
+    model = SimpleNamespace(known=empty, by_load=lambda vector: np.zeros((3, 2)))
     given: Any = SimpleNamespace(model=model, vector=None, drifted=drifted)
     noise = NoiseModel(SD, np.ones(3), PEAK, AddedNoise(common=0.002))
 
@@ -136,4 +134,4 @@ def test_size_of_what_a_whole_touch_shares(shift: float) -> None:
             total += float(stats.multivariate_normal(np.zeros(2), covariance).logpdf(row))
         return total
 
-    assert noise_fit._touch_size(given, noise) == max(noise_fit.TOUCH_SIZES, key=likelihood)
+    assert noise_fit._touch_size(given, noise, predicted) == max(noise_fit.TOUCH_SIZES, key=likelihood)
