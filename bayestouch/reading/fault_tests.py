@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,11 @@ class SensorMisfit:
     discrepancy: FloatArray
     scale: FloatArray
     rest_variance: FloatArray | None = None
+
+    @cached_property
+    def tests(self) -> ColumnTests:
+        """Tests of every column for a changed gain, an offset and a scatter of its own."""
+        return tested(self)
 
     @property
     def n_elements(self) -> int:

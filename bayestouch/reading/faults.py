@@ -17,7 +17,7 @@ import numpy as np
 from bayestouch.array_types import BoolArray, FloatArray, IndexArray, IntArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.reading.fault_kinds import ColumnFault, named, silent_fault
-from bayestouch.reading.fault_tests import ColumnTests, SensorMisfit, tested
+from bayestouch.reading.fault_tests import ColumnTests, SensorMisfit
 from bayestouch.reading.stopped import may_be_silent, silent_at, stopped_at
 
 #: Largest share of the elements that is left out. With more faults, the calibration does not fit the readings at all.
@@ -191,14 +191,14 @@ def _columns_to_leave_out(fitted: FittedTouches) -> BoolArray | None:
         return None
     while True:
         misfit = fitted(out)
-        tests = _failed(misfit, few=fitted.few)
+        agree = _agree(misfit, few=fitted.few)
         # An element that is silent at a few touches may pass the tests of all touches.
-        doubtful = tests is not None or _root_mean_squares(misfit)[0] > LARGEST_MISFIT
+        doubtful = not agree or _root_mean_squares(misfit)[0] > LARGEST_MISFIT
         silent = _silent(fitted, out, misfit) if doubtful else None
         if silent is not None:
             broken[silent] = out[silent] = True
-        elif tests is not None:
-            out[_worst(fitted, out, tests)] = True
+        elif not agree:
+            out[_worst(fitted, out, misfit.tests)] = True
         else:
             break
         if out[:-1].sum() > largest:
@@ -225,7 +225,7 @@ def _silent(fitted: FittedTouches, out: BoolArray, misfit: SensorMisfit) -> int 
     same reason a sound element may seem silent beside a faulty one. So without it the others must agree better than
     without the column that the tests say.
     """
-    columns, tests = fitted.columns, tested(misfit)
+    columns, tests = fitted.columns, misfit.tests
     maybe = np.flatnonzero(may_be_silent(columns, misfit) & ~out[:-1])
     only = np.eye(len(out), dtype=bool)
     # Both take fits, which are the same for all elements: they are made for the first silent one that needs them.
@@ -264,21 +264,16 @@ def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
     for column in np.flatnonzero(out):
         tried = out.copy()
         tried[column] = False
-        if _failed_tests(fitted, tried) is None:
+        if _agree(fitted(tried), few=fitted.few):
             out = tried
     return out
 
 
-def _failed_tests(fitted: FittedTouches, out: BoolArray) -> ColumnTests | None:
-    """Tests of the columns that are not in `out`; None if no fault is found in them."""
-    return _failed(fitted(out), few=fitted.few)
-
-
-def _failed(misfit: SensorMisfit, *, few: bool) -> ColumnTests | None:
-    tests = tested(misfit)
+def _agree(misfit: SensorMisfit, *, few: bool) -> bool:
+    """Whether no fault is found in the columns that were fitted."""
     # a faulty element can shift the touches so far that its own readings cannot be tested: all others misfit
     hidden = few and _root_mean_squares(misfit)[0] > LARGEST_MISFIT
-    return None if tests.agree and not hidden else tests
+    return misfit.tests.agree and not hidden
 
 
 def _worst(fitted: FittedTouches, out: BoolArray, tests: ColumnTests) -> int:
@@ -299,14 +294,14 @@ def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
     suspects = out[:m] & ~_broken(fitted)[:m]
     if not suspects.any():
         return None
-    without_information = np.isnan(tested(fitted(out)).gain[:m]) & ~out[:m]
+    without_information = np.isnan(fitted(out).tests.gain[:m]) & ~out[:m]
     for first in np.flatnonzero(suspects):
         # the other element is faulty too, unless the touches contain no information on it
         for second in np.flatnonzero((suspects | without_information) & (np.arange(m) != first)):
             kept = out.copy()
             kept[[first, second]] = False
-            exchanged = fitted.with_order(_exchanged(m, (int(first), int(second))))
-            if np.isfinite(tested(exchanged(kept)).gain[first]) and _failed_tests(exchanged, kept) is None:
+            misfit = fitted.with_order(_exchanged(m, (int(first), int(second))))(kept)
+            if np.isfinite(misfit.tests.gain[first]) and _agree(misfit, few=fitted.few):
                 return int(first), int(second)
     return None
 
@@ -318,10 +313,10 @@ def _swapped_alone(fitted: FittedTouches) -> tuple[int, int] | None:
     """
     none = np.zeros(fitted.columns.shape[1], dtype=bool)
     m = len(none) - 1
-    likely = np.sort(np.argsort(tested(fitted(none)).drop[:m])[::-1][:MOST_TRIED])
+    likely = np.sort(np.argsort(fitted(none).tests.drop[:m])[::-1][:MOST_TRIED])
     for first, second in combinations(likely.tolist(), 2):
-        exchanged = fitted.with_order(_exchanged(m, (first, second)))
-        if _failed_tests(exchanged, none) is None and _root_mean_squares(exchanged(none))[0] <= SLIGHT_MISFIT:
+        misfit = fitted.with_order(_exchanged(m, (first, second)))(none)
+        if _agree(misfit, few=fitted.few) and _root_mean_squares(misfit)[0] <= SLIGHT_MISFIT:
             return first, second
     return None
 

@@ -16,7 +16,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.effects import StatedModel
 from bayestouch.reading.fault_notes import is_sound
 from bayestouch.reading.fault_tests import FEWEST, SensorMisfit
-from bayestouch.reading.faults import _failed_tests, _root_mean_squares, find_faults
+from bayestouch.reading.faults import _agree, _root_mean_squares, find_faults
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
 
@@ -370,7 +370,7 @@ def test_a_force_sensor_that_no_factor_corrects_puts_the_whole_sensor_in_doubt()
 def test_columns_that_agree_may_misfit_together(first: float, second: float, few: bool, misfits: bool) -> None:
     """Of few elements, where all together are off by more than 2 sd: 2.1 here, else sqrt((2.4² + 1)/2) = 1.8."""
     fitted = Fitted((first, second, 1.0), np.full((12, 3), 20.0), few)
-    assert (_failed_tests(fitted, np.zeros(3, dtype=bool)) is not None) == misfits
+    assert _agree(fitted(np.zeros(3, dtype=bool)), few=few) is not misfits
 
 
 def test_misfit_of_a_single_informative_reading_is_that_reading() -> None:
