@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import turned
-from bayestouch.output.text import fixed, number
+from bayestouch.output.text import exact, fixed, number
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.data import BEYOND
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -58,7 +58,7 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
                 "name": name,
                 "label": label,
                 "target": target,
-                "demand": f"at {'least' if sign > 0 else 'most'} {target_text(name, target)}",
+                "demand": f"at {'least' if sign > 0 else 'most'} {grade_text(name, target, exact)}",
                 "worst": float(sign * np.min(sign * values[given])) if given.any() else None,
                 "median": float(np.median(values[given])) if given.any() else None,
                 "missed": int(misses.sum()),
@@ -74,14 +74,9 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
     }
 
 
-def target_text(name: str, target: float) -> str:
-    """Target of a grade as text."""
-    return fixed(target, 3) if name == "rhat" else f"{target:.4g}"
-
-
-def grade_text(name: str, value: float | None) -> str:
-    """A grade as text. R-hat, which is near 1, has three decimals, as its target."""
-    return fixed(value, 3) if name == "rhat" else number(value)
+def grade_text(name: str, value: float | None, form: Callable[[Any], str] = number) -> str:
+    """A grade or its target as text, in a form. R-hat, which is near 1, has three decimals."""
+    return fixed(value, 3) if name == "rhat" else form(value)
 
 
 def grade_rows(grades: list[dict[str, Any]]) -> list[dict[str, Any]]:
