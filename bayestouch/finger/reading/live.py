@@ -156,7 +156,7 @@ class FingerLive:
         off = off @ one.whitener
         if -0.5 * float(off @ off) - found.log_likelihood > -AS_WELL:
             return self._alternatives.posterior(one, found, touch.samples, degrees, [ELSEWHERE]), found.x
-        other = fits.other_place(self.places, len(TEMPLATE_SHARES), float(found.x[1]))
+        other = fits.other_place(self.places[:: len(TEMPLATE_SHARES), 1], len(TEMPLATE_SHARES), float(found.x[1]))
         branch = None if other is None else self._branch(one, found, self._place(fits, other))
         return self._alternatives.posterior(one, found, touch.samples, degrees, [], branch), found.x
 

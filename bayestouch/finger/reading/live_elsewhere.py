@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.live_nodes import Nodes
-from bayestouch.finger.reading.modes import OWN
+from bayestouch.finger.reading.modes import other_minima
 
 ELSEWHERE = "a distant location fits about as well"
 # What another place may change: the mean in sd, and the variance in shares of it. They are the errors of mean and sd
@@ -39,28 +39,21 @@ class Fits:
         """Template that fits best."""
         return int(self.misfit.argmin())
 
-    def other_place(self, places: FloatArray, n_radii: int, angle: float) -> int | None:
-        """Template that explains the readings best beside the place of the mode, at location `angle` (rad).
-
-        As `modes.other_places`: a minimum over the location for the radius of the template. None if there is none.
+    def other_place(self, angles: FloatArray, n_radii: int, mode: float) -> int | None:
+        """Template that explains the readings best of the `modes.other_minima`, one for each radius; None without any.
 
         Parameters
         ----------
-        places : (n, 2) array
-            Coordinate w and location (rad) of the templates.
+        angles : (a,) array
+            Locations of the templates, rad.
         n_radii : int
             Number of radii of the templates at each location.
-        angle : float
+        mode : float
             Location of the mode, rad.
         """
-        k = np.flatnonzero(self.misfit < self.bound)
-        beyond = np.full(n_radii, np.inf)
-        misfit = np.concatenate([beyond, self.misfit, beyond])
-        k = k[(self.misfit[k] < misfit[k]) & (self.misfit[k] <= misfit[k + 2 * n_radii])]
-        off, radius = np.abs(places[k, 1] - angle), k % n_radii
-        nearest = np.full(n_radii, OWN)
-        np.minimum.at(nearest, radius, off)
-        k = k[off > nearest[radius]]
+        by_radius = self.misfit.reshape(-1, n_radii).T
+        radius, k = other_minima(by_radius, np.full(n_radii, self.bound), angles, np.full(n_radii, mode))
+        k = k * n_radii + radius
         return int(k[self.misfit[k].argmin()]) if len(k) else None
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import FloatArray, IndexArray, IntArray
 from bayestouch.finger.reading.reader import FingerPosterior
 from bayestouch.sampling.laplace import damped_newton_steps
 
@@ -154,23 +154,10 @@ def other_places(posterior: FingerPosterior, mode: FloatArray, matched: Sequence
     squares = ((diagonal * readings) ** 2).sum(axis=1)
     found = []
     for w, angles, load, misfit, strongest in matched:
-        low = misfit < (UNEXPLAINED * np.maximum(squares, strongest) - squares)[:, None]
-        falls = misfit[:, 1:] < misfit[:, :-1]
-        low[:, 1:] &= falls
-        low[:, :-1] &= ~falls
-        row, k = np.nonzero(low)
-        if not len(row):
-            continue
-        # On a finger that is a full ring, both ends of the prior are one location.
-        off = np.abs((angles[k] - mode[row, 1] + np.pi) % (2 * np.pi) - np.pi)
-        first = np.flatnonzero(np.diff(row, prepend=-1))
-        nearest = np.repeat(np.minimum.reduceat(off, first), np.diff(first, append=len(row)))
-        beside = (off > nearest) | (off > OWN)
-        row, k = row[beside], k[beside]
+        bound = UNEXPLAINED * np.maximum(squares, strongest) - squares
+        row, k = other_minima(misfit, bound, angles, mode[:, 1])
         found.append((row, np.stack([np.full(len(row), w), angles[k], load[row, k]], axis=1), misfit[row, k]))
     out = np.full((len(mode), OTHERS, 3), np.nan)
-    if not found:
-        return out
     row, place, misfit = (np.concatenate(parts) for parts in zip(*found, strict=True))
     order = np.lexsort((misfit, row))
     row, place = row[order], moved_inside(posterior, place[order])
@@ -180,6 +167,23 @@ def other_places(posterior: FingerPosterior, mode: FloatArray, matched: Sequence
         beside = np.abs(place[:, 1] - out[row, i, 1]) > BESIDE
         row, place = row[beside], place[beside]
     return out
+
+
+def other_minima(
+    misfit: FloatArray, bound: FloatArray, angles: FloatArray, mode: FloatArray
+) -> tuple[IndexArray, IndexArray]:
+    """Minima of misfits (n, a) over locations (a,), rad, below bounds (n,) and beside modes at (n,): rows, columns."""
+    low = misfit < bound[:, None]
+    falls = misfit[:, 1:] < misfit[:, :-1]
+    low[:, 1:] &= falls
+    low[:, :-1] &= ~falls
+    row, k = np.nonzero(low)
+    # On a finger that is a full ring, both ends of the prior are one location.
+    off = np.abs((angles[k] - mode[row] + np.pi) % (2 * np.pi) - np.pi)
+    nearest = np.full(len(misfit), OWN)
+    np.minimum.at(nearest, row, off)
+    beside = off > nearest[row]
+    return row[beside], k[beside]
 
 
 def moved_inside(posterior: FingerPosterior, place: FloatArray) -> FloatArray:
