@@ -165,11 +165,6 @@ class NoiseModel:
         return np.asarray(self.added.common * self.added.together(self.peak) / np.sqrt(weight)[:, None])
 
     @property
-    def common_variance(self) -> FloatArray:
-        """Variance of one reading by the error that all elements share in a sample, (m,)."""
-        return np.asarray((self.added.common * self.added.together(self.peak)) ** 2)
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Names of the noise effects."""
         return tuple(effect.name for effect, _ in self.effects)
