@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.data.json_values import strict
 from bayestouch.diagnosis.causes import IN_TIME, causes, drifts_not_added, number_tried
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.fingerprints import data_fingerprints
@@ -80,7 +81,7 @@ def diagnosis_numbers(traced: Traced, dataset: DataSet) -> Numbers:
             "after": _errors(traced.corrected),
             "sizes_percent_peak": {k: 100 * v for k, v in traced.corrected.correction.sizes.items()},
         }
-    plain: Numbers = _plain(numbers)
+    plain: Numbers = strict(numbers)
     return plain
 
 
@@ -219,14 +220,3 @@ def _place_or_time(each: PlaceOrTime) -> Numbers:
     probability = each.probability_of_drift
     across = {name: {**_difference(one), "probability": probability[name]} for name, one in each.across.items()}
     return {"drift": each.drift, "across": across}
-
-
-def _plain(value: Any) -> Any:
-    """Value with plain numbers; None replaces numbers that are not finite."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not np.isfinite(value) else value
