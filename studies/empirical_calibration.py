@@ -30,7 +30,6 @@ from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import load_dataset
 from bayestouch.finger.empirical.calibration import EmpiricalFit, fit_empirical
-from bayestouch.finger.empirical.reading import reading_table
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.reading.covariance import reading_covariance
@@ -43,6 +42,7 @@ from bayestouch.finger.reading.reader import (
     full_whitener,
     noise_whitener,
 )
+from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.paper import published
 from bayestouch.sampling import sample_blocks
 
@@ -151,7 +151,7 @@ def read(finger: Finger, name: str, *, draws: int = 256, every: int = 1, seed: i
     reads = np.maximum(touches.counts.max(axis=1), 1)
     readings = TouchReadings(touches.readings, touches.counts, touches.load, noise.force_sd / np.sqrt(reads))
     priors = IndenterPriors.of(chain, float(finger.means.load.mean()))
-    table = reading_table(chain, *priors.location.support)
+    table = ReadingTable.of_map(chain, *priors.location.support)
     posterior = FingerPosterior(chain, readings, priors, noise_whitener(noise, readings), table)
     mode = find_modes(posterior)
     covariance_of = finger.covariances[name]

@@ -23,7 +23,6 @@ from bayestouch.data.sensor import Finger, Rubber, Sensor
 from bayestouch.errors import InputError
 from bayestouch.finger.empirical.calibration import finger_prior, fit_empirical
 from bayestouch.finger.empirical.map import EmpiricalCalibration
-from bayestouch.finger.empirical.reading import reading_table
 from bayestouch.finger.empirical.regression import DiagonalElement, ElementData, MapPrior, Weights
 from bayestouch.finger.empirical.strength import SCALES, STRENGTHS, infer_strength
 from bayestouch.finger.fit import FingerFit, fit_finger
@@ -31,6 +30,7 @@ from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.reading.covariance import reading_covariance
 from bayestouch.finger.reading.modes import find_modes
 from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.priors.parameters import LogNormal
 
 RADII = (9.4, 12.7)
@@ -124,7 +124,7 @@ def test_chain_is_the_series_whatever_the_map() -> None:
         model.predict(radius, angle, load), chain.predict(radius, angle, load), rtol=1e-9, atol=1e-8
     )
     np.testing.assert_allclose(model.response, chain.response, rtol=1e-12)
-    table = reading_table(skew, -1.2, 1.2)
+    table = ReadingTable.of_map(skew, -1.2, 1.2)
     inside = np.abs(angle) < 1.2
     kappa = load * radius / 1000 / chain.shear_modulus_MPa
     found = table(kappa[inside], angle[inside]) * load[inside, None]
@@ -415,7 +415,7 @@ def test_touches_are_read_with_an_empirical_chain() -> None:
     touches = TouchReadings(clean, np.ones(clean.shape, dtype=np.int64), pose[2], np.ones(60))
     noise = Noise(np.full(9, 1.0), np.zeros(9), 0.0, 1.0)
     priors = IndenterPriors.of(truth, 200.0)
-    table = reading_table(truth, *priors.location.support)
+    table = ReadingTable.of_map(truth, *priors.location.support)
     misses = []
     for finger, lookup in ((truth, None), (truth, table), (chain, None)):
         posterior = FingerPosterior(finger, touches, priors, noise_whitener(noise, touches), lookup)

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.empirical import EmpiricalFingerChain
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.response import ContactSpectra
 
 # Number of angles per turn. A peak is about 4° wide; the error of linear interpolation over 0.09° is below 1e-4 of it.
 ANGLES = 4096
@@ -44,22 +46,32 @@ class ReadingTable:
 
     @classmethod
     def of(cls, chain: FingerChain, low: float, high: float) -> ReadingTable:
-        """Table of a calibrated finger for θ_c from `low` to `high`, rad."""
-        spectra = chain.spectra
-        modes = spectra.body.modes
-        step = 2 * np.pi / ANGLES
-        first = int(np.floor(low / step)) - 1
-        last = int(np.ceil(high / step)) + 1
-        columns = np.arange(first, last + 1) % ANGLES
+        """Table of an elastic finger for θ_c from `low` to `high`, rad."""
         # The angle from touch to element decreases with the contact location: therefore the conjugate.
         strain = chain.mode_strain.conj()
-        peak = strain[:, 0].real + 2 * strain[:, 1:].real.sum(axis=1)
-        rows = np.empty((len(spectra.coordinates), len(columns), chain.n_elements), dtype=np.float32)
-        for e in range(chain.n_elements):
-            turned = strain[e] / peak[e] * np.exp(-1j * modes * chain.angle[e]) * chain.response[e]
-            around = np.fft.irfft(turned * spectra.spectra, n=ANGLES) * ANGLES
+        peak = strain[:, :1].real + 2 * strain[:, 1:].real.sum(axis=1, keepdims=True)
+        turn = np.exp(-1j * chain.spectra.body.modes * chain.angle[:, None])
+        return cls._of_modes(chain.spectra, strain / peak * turn * chain.response[:, None], low, high)
+
+    @classmethod
+    def of_map(cls, chain: EmpiricalFingerChain, low: float, high: float) -> ReadingTable:
+        """Table of a finger with an identified E map for θ_c from `low` to `high`, rad."""
+        # The weights are for -θ_c, a real inverse transform is a sum over +θ_c: therefore the conjugate.
+        return cls._of_modes(chain.spectra, chain.mode_weights.conj(), low, high)
+
+    @classmethod
+    def _of_modes(
+        cls, spectra: ContactSpectra, weights: NDArray[np.complex128], low: float, high: float
+    ) -> ReadingTable:
+        """Table of elements that read Fourier modes of the pressure with weights (m, k)."""
+        step = 2 * np.pi / ANGLES
+        first, last = int(np.floor(low / step)) - 1, int(np.ceil(high / step)) + 1
+        columns = np.arange(first, last + 1) % ANGLES
+        coordinates, knots = spectra.coordinates, spectra.spectra[:, : weights.shape[1]]
+        rows = np.empty((len(coordinates), len(columns), len(weights)), dtype=np.float32)
+        for e, weight in enumerate(weights):
+            around = np.fft.irfft(weight * knots, n=ANGLES) * ANGLES
             rows[:, :, e] = around[:, columns]
-        coordinates = spectra.coordinates
         return cls(
             kappa_scale=spectra.kappa_scale,
             kappa_first=float(coordinates[0]),
@@ -67,7 +79,7 @@ class ReadingTable:
             angle_first=first * step,
             angle_step=step,
             shape=(rows.shape[0], rows.shape[1]),
-            rows=rows.reshape(-1, chain.n_elements),
+            rows=rows.reshape(-1, len(weights)),
         )
 
     def __call__(self, kappa: FloatArray, angle: FloatArray) -> NDArray[np.float32]:

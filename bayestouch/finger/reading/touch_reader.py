@@ -337,11 +337,10 @@ def _model(
     ends = IndenterPriors.of_calibration(elastic, calibration).location.support
     if calibration.has_identified_map:
         from bayestouch.finger.empirical.map import EmpiricalCalibration
-        from bayestouch.finger.empirical.reading import reading_table
 
         identified = None if effects_chain is None else effects_chain.identified
         empirical = identified or EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
-        return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
+        return empirical.chain, ReadingTable.of_map(empirical.chain, *ends), empirical.reading_covariance
     places = PlacePosterior.from_arrays(calibration.extra)
     if places is not None:
         finger = FingerWithPlaces(elastic, places)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayestouch.finger.empirical.reading import reading_table
 from bayestouch.finger.reading.reading_table import ANGLES, ReadingTable
 
 STEP = 2 * np.pi / 4096
@@ -55,7 +54,7 @@ def chain() -> Any:
 def test_identified_map(low: float, high: float) -> None:
     """Sums over modes: c0 + 2 Re Σ conj(weight) knot exp(i n θ); a column beyond either end at the least."""
     made = chain()
-    table = reading_table(made, low, high)
+    table = ReadingTable.of_map(made, low, high)
     assert ANGLES == 4096 and table.angle_step == pytest.approx(STEP)
     angle = table.angle_first + STEP * np.arange(table.shape[1])
     # The ends, rounded outwards, and one more on either side.
