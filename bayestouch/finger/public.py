@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.body.finger import solve_body
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.response import modes_needed
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.noise import public_noise
-from bayestouch.finger.peak_strain import peak_strain
 
 
 def public_mode(fit: FingerFit) -> dict[str, FloatArray]:
@@ -48,7 +49,7 @@ def draws_by_name(
     flat = vectors.reshape(-1, vectors.shape[-1])
     response = np.where(chain.response < 0, -1.0, 1.0) * np.exp(flat[:, at.response])
     depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
-    peak = peak_strain(chain, sigma, depth)
+    peak = _peak_strain(chain, sigma, depth)
     noise, missed, force = public_noise(known, at, flat)
     values = {
         "sigma": sigma,
@@ -62,3 +63,18 @@ def draws_by_name(
         "force_noise_sd": force,
     }
     return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
+
+
+def _peak_strain(chain: FingerChain, poisson_ratio: FloatArray | float, depth: FloatArray) -> FloatArray:
+    """Compressive strain (..., m) directly under a knife edge of 1 N/mm at μ = 1 MPa, positive in compression.
+
+    Arguments are Poisson's ratios (...) and sensing radii (..., m), mm.
+    """
+    modes = np.arange(modes_needed(float(depth.max()), chain.outer_radius_mm) + 1)
+    strain = solve_body(
+        modes,
+        core_radius_mm=chain.core_radius_mm,
+        outer_radius_mm=chain.outer_radius_mm,
+        poisson_ratio=np.asarray(poisson_ratio)[..., None],
+    ).radial_strain(depth)
+    return np.asarray((strain[..., 0] + 2 * strain[..., 1:].sum(axis=-1)) / (2 * np.pi * chain.outer_radius_mm))
