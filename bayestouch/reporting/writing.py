@@ -7,12 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from bayestouch.output.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
+from bayestouch.output.pictures import Picture
 from bayestouch.parallel.beside import both
 from bayestouch.reporting.assemble import report_numbers
+from bayestouch.reporting.bodies import PAGES
+from bayestouch.reporting.calibration_pictures import calibration_pictures
+from bayestouch.reporting.check_pictures import check_pictures
+from bayestouch.reporting.corner_pictures import element_corner, touch_corners
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.live import Live, live_figures
 from bayestouch.reporting.page import render
-from bayestouch.reporting.picture_list import report_pictures
+from bayestouch.reporting.trust_pictures import trust_pictures
 from bayestouch.results.files import save_calibration, save_touches, without_requested
 
 
@@ -27,6 +32,22 @@ def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
     write_numbers(folder / NUMBERS, numbers)
     write_text(folder / PAGE, render(numbers, pictures, live))
     return numbers
+
+
+def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
+    """All figures that are possible with the data, in the order of the page."""
+    pages = PAGES[evidence.sensor.body.kind]
+    diagnosed = () if evidence.diagnosed is None else evidence.diagnosed.pictures
+    return (
+        pages.sensor_picture(evidence, numbers),
+        *calibration_pictures(evidence),
+        *element_corner(evidence),
+        *pages.pictures(evidence, numbers),
+        *trust_pictures(evidence),
+        *check_pictures(numbers),
+        *touch_corners(evidence),
+        *diagnosed,
+    )
 
 
 def _saved_and_live(evidence: Evidence, numbers: dict[str, Any], folder: Path) -> Live:

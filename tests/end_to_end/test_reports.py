@@ -27,9 +27,8 @@ from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.corner_pictures import touch_corners
 from bayestouch.reporting.gather import gather
 from bayestouch.reporting.page import render
-from bayestouch.reporting.picture_list import report_pictures
 from bayestouch.reporting.trust_pictures import trust_pictures
-from bayestouch.reporting.writing import write_report
+from bayestouch.reporting.writing import report_pictures, write_report
 
 NAME = 'finger <script>alert("1")</script> & Söhne'
 
