@@ -10,7 +10,7 @@ from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.place.fit import DISCREPANCY_SETTING, NO_DISCREPANCY
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import DISCREPANCY, FIELDS, IN_UNITS
-from bayestouch.model.effect_list import EffectList
+from bayestouch.model.effect_list import stated_effects
 from bayestouch.priors.parameters import Parameter
 from bayestouch.results.objects import Calibration
 
@@ -27,24 +27,14 @@ def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
         raise InputError("this calibration has an identified E map; its parameters have no density of their own")
     if calibration.settings.get(DISCREPANCY_SETTING) == NO_DISCREPANCY:
         raise InputError('this calibration was made with discrepancy="none"; its density is not offered as a function')
-    listed, contact = EffectList.of(calibration), str(calibration.settings["contact"])
-    effects = tuple(
-        (
-            effect.name,
-            {
-                own.name: float(calibration.mode[public.name])
-                for own, public in zip(effect.parameters, effect.public_parameters(), strict=True)
-            },
-        )
-        for effect in (() if listed is None else listed.effects)
-    )
+    contact = str(calibration.settings["contact"])
     corrected = CorrectionTable.from_arrays(calibration.extra) is not None
     priors = {p.name: p.prior for p in calibration.parameters if p.name in FIELDS and not _default(p)}
     places = PlacePosterior.from_arrays(calibration.extra)
     options: dict[str, Any] = {"contact": contact, "priors": priors}
     if places is not None:
         options["functions"] = places.functions
-    return StatedModel("finger", contact, effects, corrected), options
+    return StatedModel("finger", contact, stated_effects(calibration), corrected), options
 
 
 def _default(parameter: Parameter) -> bool:

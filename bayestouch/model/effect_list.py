@@ -108,6 +108,21 @@ class EffectList:
         return cls(setting, effects, noise)
 
 
+def stated_effects(calibration: CalibrationData) -> tuple[tuple[str, dict[str, float]], ...]:
+    """Name and most probable values of each effect of a calibration, as `StatedModel.effects`."""
+    listed = EffectList.of(calibration)
+    return tuple(
+        (
+            effect.name,
+            {
+                own.name: float(calibration.mode[public.name])
+                for own, public in zip(effect.parameters, effect.public_parameters(), strict=True)
+            },
+        )
+        for effect in (() if listed is None else listed.effects)
+    )
+
+
 def named_effects(
     names: list[str], setting: Setting, stated: Mapping[str, Iterable[str]] = NOTHING_STATED
 ) -> tuple[Effect, ...]:

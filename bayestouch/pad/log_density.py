@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.effects.stated import StatedModel
-from bayestouch.model.effect_list import EffectList
+from bayestouch.model.effect_list import stated_effects
 from bayestouch.model.log_density import LogDensity
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.priors import stated_priors
@@ -20,21 +20,10 @@ from bayestouch.results.objects import Calibration
 
 def stated_pad(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
     """Effects of a calibration with their values, and the options of its fit."""
-    listed = EffectList.of(calibration)
-    effects = tuple(
-        (
-            effect.name,
-            {
-                own.name: float(calibration.mode[public.name])
-                for own, public in zip(effect.parameters, effect.public_parameters(), strict=True)
-            },
-        )
-        for effect in (() if listed is None else listed.effects)
-    )
     settings = calibration.settings
     priors = stated_priors(calibration)
     options = {"kernel": str(settings["kernel"]), "e_map": str(settings.get(STATED_MAP, "auto")), "priors": priors}
-    return StatedModel("pad", "", effects, False), options
+    return StatedModel("pad", "", stated_effects(calibration), False), options
 
 
 def public_density(density: PadDensity, reading_unit: str, load_unit: str) -> LogDensity:
