@@ -77,7 +77,7 @@ def pad_fit(
     pad = pad_of(dataset.sensor)
     problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed, kernel=kernel, stated=stated)
     chosen, models = choose_model(problem, dataset, kernel, empirical)
-    model = pad_model(problem, chosen, observed, pad, None)
+    model = pad_model(problem, chosen, observed, pad)
     sd = pad_noise(model, model.start(chosen.fit.chain))
     if chosen.has_map:
         model = replace(model, map=MapBasis.of(chosen, sd))
@@ -91,10 +91,8 @@ def pad_fit(
     return fit(model, first.vector, noise.with_(sd=pad_noise(model, first.vector))), models
 
 
-def pad_model(
-    problem: PadProblem, chosen: PadCandidate, observed: Observations, pad: Pad, map_: MapBasis | None
-) -> PadModel:
-    """A pad without effects for the touches `observed`, with the chosen kernel, and with a map or none."""
+def pad_model(problem: PadProblem, chosen: PadCandidate, observed: Observations, pad: Pad) -> PadModel:
+    """A pad without effects for the touches `observed`, with the chosen kernel and no map."""
     chain, load = chosen.fit.chain, problem.known.load
     sensitivity = np.abs(chosen.fit.predicted() - chain.offset) / load[:, None]
     reference = float(np.median(load))
@@ -105,7 +103,6 @@ def pad_model(
         pad=chain,
         priors=problem.priors.of(chain.kernel),
         element_place=tuple(np.asarray(axis, dtype=float) for axis in pad.places_mm.values()),
-        map=map_,
     )
 
 
@@ -115,7 +112,7 @@ def fit_without_effects(problem: PadProblem, chosen: PadCandidate, pad: Pad) -> 
     The noise, and the size and the length of the map, are fixed at the values of the chosen model.
     """
     known, observed = problem.known, problem.observed
-    model = pad_model(problem, chosen, observed, pad, None)
+    model = pad_model(problem, chosen, observed, pad)
     signal = chosen.left_out.signal
     noise = NoiseModel.of(chosen.noise, chosen.load_errors * known.load, model.peak)
     whitening = Whitening.of(observed, noise, signal, signal / known.load[:, None])

@@ -133,7 +133,7 @@ def nonlinear(share: float, *, with_map: bool) -> tuple[PadProblem, PadCandidate
     pad, problem, model = small(with_map=with_map)
     effect = GainNonlinearity()
     basis = MapBasis.of(model, model.noise.tactile_sd) if with_map else None
-    plain = pad_model(problem, model, problem.observed, pad.sensor.body, basis)
+    plain = replace(pad_model(problem, model, problem.observed, pad.sensor.body), map=basis)
     bent = replace(plain, effects=(effect,))
     start = np.concatenate([plain.start(pad.chain), [share, np.log(1.4)]])
     clean = bent.predict(start).touches
@@ -258,7 +258,7 @@ class Shifted(GainNonlinearity):
 
 def test_predictions_at_many_vectors_have_the_places_of_each() -> None:
     pad, problem, model = small(with_map=False)
-    plain = pad_model(problem, model, problem.observed, pad.sensor.body, None)
+    plain = pad_model(problem, model, problem.observed, pad.sensor.body)
     moved = replace(plain, effects=(Shifted(),))
     vectors = np.stack([np.concatenate([plain.start(pad.chain), [shift, 0.0]]) for shift in (0.0, 0.7, -2.0)])
     for vector, found in zip(vectors, moved.predictions(vectors), strict=True):
