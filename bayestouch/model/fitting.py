@@ -262,10 +262,7 @@ def _descended(
         moved = vector
         while share > 1e-3:
             moved = np.clip(vector + share * step, low, high)
-            # A step that goes much too far costs inf or NaN, and is not taken.
-            with np.errstate(over="ignore", invalid="ignore"):
-                tried = _compared(model, moved, model.predict(moved), whitening, functions).cost()
-            if tried < cost:
+            if _cost(model, moved, whitening, functions) < cost:
                 break
             share *= 0.3
         else:
@@ -274,6 +271,16 @@ def _descended(
         if cost - linear.cost() < enough:
             break
     return vector, linear
+
+
+def _cost(model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None) -> float:
+    """Minus the log posterior at a vector, up to a constant; infinite where the prediction is, far beyond what fits."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        predicted = model.predict(vector)
+        # The residual of a missing reading is NaN, too: without this a prediction of NaN would seem to fit.
+        if not all(np.isfinite(each).all() for each in (predicted.touches, predicted.samples) if each is not None):
+            return np.inf
+        return _compared(model, vector, predicted, whitening, functions).cost()
 
 
 def fit_from_both(

@@ -206,3 +206,19 @@ def test_a_drift_takes_what_a_curve_cannot() -> None:
     assert found.vector[0] == pytest.approx(mode[0], abs=1e-6)
     np.testing.assert_allclose(found.drifted[:, 0], basis @ mode[1:], atol=1e-6)
     assert found.names == ("baseline_drift",)
+
+
+class Broken(Curve):
+    """The curve, which is no number beyond a power of 1.4."""
+
+    def predict(self, vector: Any) -> Predicted:
+        found = super().predict(vector)
+        return found if vector[1] <= 1.4 else Predicted(np.full_like(found.touches, np.nan), None)
+
+
+@pytest.mark.parametrize("drifts", [(), ((BaselineDrift(()), (0.05, 1.0)),)])
+def test_a_step_to_no_number_is_not_taken(drifts: Any) -> None:
+    """The maximum is at a power of 1.6; with drifts, too. NaN counted as a missing reading, which always fits."""
+    found = fitted(Broken(0.3 + X**1.6), drifts=drifts)
+    assert 1.1 < found.vector[1] <= 1.4
+    assert np.isfinite(found.linear.cost())
