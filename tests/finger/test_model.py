@@ -187,7 +187,8 @@ def test_derivatives_over_values_are_those_of_one_value_at_a_time(
     case: Case, name: str, others: tuple[str, ...]
 ) -> None:
     """Values of all elements together, and from the signal before an effect: as the whole prediction for each value."""
-    suited = [effect_classes()[each].suited(FINGER) for each in dict.fromkeys((name, *others))]
+    setting = replace(FINGER, n_elements=SMALL.n_elements)
+    suited = [effect_classes()[each].suited(setting) for each in dict.fromkeys((name, *others))]
     effects = tuple(effect.looser(SMALL.n_elements) or effect for effect in suited if effect is not None)
     model = case.quick.with_effects(effects)
     shape = model.value_priors
