@@ -11,7 +11,7 @@ from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
-from bayestouch.model.outliers import from_prediction
+from bayestouch.model.outliers import RightReadings, from_prediction
 from bayestouch.model.predictive import density_of_touches, precision_of_all
 from bayestouch.model.quantities import Quantity
 from bayestouch.model.whitening import Whitening
@@ -136,7 +136,7 @@ def without_wrong_readings(fitted: Fitted, observed: Observations) -> Observatio
         return observed
     predicted, sd = fitted.model.observing(observed).predict(fitted.vector), noise.sd
     if noise.added.adds:
-        sd = np.sqrt(noise.variance(predicted.touches, 1))[observed.row_touch]
+        sd = RightReadings(sd, noise.peak, noise.added).sd_at(predicted.touches)[observed.row_touch]
     for effect, values in noise.effects:
         wrong = effect.wrong(from_prediction(observed.table, predicted.samples), sd, noise.peak, values)
         observed = observed if wrong is None else observed.without(wrong)

@@ -9,8 +9,8 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
-from bayestouch.model.noise_posterior import FoundNoise, variance_of_others
-from bayestouch.model.outliers import from_prediction
+from bayestouch.model.noise_posterior import FoundNoise
+from bayestouch.model.outliers import RightReadings, from_prediction
 from bayestouch.model.peaks import settled
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density
@@ -24,11 +24,11 @@ def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
     effect, values = found.effect, found.values
     noise = noise.with_(effects=(*noise.effects, (effect, values)))
-    predicted, own_sd = model.predict(vector), found.own_sd
+    predicted, sd = model.predict(vector), found.own_sd
     if noise.added.adds:
         # A large deviation where other effects make the noise large is no wrong reading.
-        own_sd = np.sqrt(own_sd**2 + variance_of_others(noise, predicted.touches))[model.known.row_touch]
-    wrong = effect.wrong(from_prediction(model.known.table, predicted.samples), own_sd, noise.peak, values)
+        sd = RightReadings(sd, noise.peak, noise.added).sd_at(predicted.touches)[model.known.row_touch]
+    wrong = effect.wrong(from_prediction(model.known.table, predicted.samples), sd, noise.peak, values)
     if wrong is not None:
         cleaned = model.known.without(wrong)
         model = model.with_readings(cleaned)

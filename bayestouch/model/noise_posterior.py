@@ -20,6 +20,7 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise import AddedNoise, NoiseModel
 from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.model.outlier_likelihood import OutlierLikelihood
+from bayestouch.model.outliers import RightReadings
 from bayestouch.model.whitening import Whitening, spread_of_samples
 
 # Range of the own variance of an element over the variance of all its noise.
@@ -68,8 +69,9 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
     assert scatter is not None, "a candidate was found in repeats"
     scale = scatter.sd * fitted.model.peak
     if others and isinstance(effect, Outliers):
-        signal = fitted.model.predict(fitted.vector).touches
-        terms: Terms = OutlierLikelihood.of(scatter, variance_of_others(fitted.noise, signal) / scale**2)
+        noise, signal = fitted.noise, fitted.model.predict(fitted.vector).touches
+        right = RightReadings(noise.sd, noise.peak, noise.added)
+        terms: Terms = OutlierLikelihood.of(scatter, right.added_variance(signal) / scale**2)
     elif others and effect.added(found.values):
         terms = terms_beside_others(fitted, effect, scale)
     else:
@@ -103,11 +105,6 @@ def rewhitened(fitted: Fitted, noise: NoiseModel) -> Fitted:
     model, vector = fitted.model, fitted.vector
     whitening = Whitening.of(model.known, noise, model.predict(vector).touches, model.by_load(vector))
     return replace(fitted, noise=noise, whitening=whitening)
-
-
-def variance_of_others(noise: NoiseModel, signal: FloatArray) -> FloatArray:
-    """Variance of one reading by noise effects, without each element's own noise, for predicted signals (t, m)."""
-    return noise.with_(sd=np.zeros(len(noise.sd))).variance(signal, 1)
 
 
 def terms_beside_others(fitted: Fitted, effect: NoiseEffect, scale: FloatArray) -> Terms:

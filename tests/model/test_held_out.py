@@ -138,7 +138,9 @@ def test_touches_without_wrong_readings(monkeypatch: pytest.MonkeyPatch) -> None
     assert seen == [("from table and samples", "sd", "peak", (0.1, 0.2))]
     # Beside noise that grows with the signal, each sample has the sd of its touch: 4, and √(4² + (0.06 · 50)²) = 5.
     observed.row_touch = np.array([0, 1, 1])
-    fitted.noise = NoiseModel(np.array([4.0]), np.ones(2), np.array([100.0]), AddedNoise(share=0.06), effects=effects)
+    # An error of a whole touch is in its median, too.
+    added = AddedNoise(share=0.06, common_touch=0.5)
+    fitted.noise = NoiseModel(np.array([4.0]), np.ones(2), np.array([100.0]), added, effects=effects)
     module.without_wrong_readings(fitted, observed)
     np.testing.assert_allclose(seen[1][1], [[4.0], [5.0], [5.0]])
     fitted.noise = NoiseModel(np.array([4.0]), np.ones(2), np.array([100.0]), effects=effects[:1])

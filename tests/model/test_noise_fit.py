@@ -68,14 +68,17 @@ def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_large_deviation_is_not_wrong_where_the_noise_is_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each sample has the sd of its touch: own noise, and what grows with the signal. Own noise is that of the fit."""
+    """Each sample has the sd of its touch: own noise, and what grows with the signal. Own noise is that of the fit.
+
+    An error of a whole touch is in all of its samples, and in their median.
+    """
     signal = np.array([[0.0, 20.0], [100.0, 40.0]])
     cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([9.0, 9.0])))
     known = SimpleNamespace(table=None, without=lambda wrong: cleaned, row_touch=np.array([0, 1, 1]))
     predicted = SimpleNamespace(samples=None, touches=signal)
     model = SimpleNamespace(known=known, with_readings=lambda observed: "cleaned", predict=lambda vector: predicted)
     given = fitted(model)
-    given.noise = given.noise.with_(added=AddedNoise(share=0.006))
+    given.noise = given.noise.with_(added=AddedNoise(share=0.006, common_touch=0.5))
     seen: list[Any] = []
     monkeypatch.setattr(Outliers, "wrong", lambda self, *given: seen.append(given) or "wrong")
     noise = noise_fit.with_noise(given, found(Outliers(), (0.01, 0.06))).noise
