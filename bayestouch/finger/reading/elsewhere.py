@@ -7,7 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.finger.reading.modes import BESIDE, GRID_STEP, Match, find_modes, hessian_at, moved_inside
+from bayestouch.finger.reading.modes import (
+    BESIDE,
+    GRID_STEP,
+    Match,
+    find_modes,
+    hessian_at,
+    moved_inside,
+    within_half_turn,
+)
 from bayestouch.finger.reading.reader import FingerPosterior
 
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
@@ -23,9 +31,7 @@ def distant_places(posterior: FingerPosterior, mode: FloatArray, matched: Sequen
     """
     out, best = mode.copy(), np.full(len(mode), np.inf)
     for w, angles, load, misfit, _ in matched:
-        # On a finger that is a full ring, both ends of the prior are one location.
-        off = (angles - mode[:, 1:2] + np.pi) % (2 * np.pi) - np.pi
-        misfit = np.where(np.abs(off) > APART, misfit, np.inf)
+        misfit = np.where(np.abs(within_half_turn(angles - mode[:, 1:2])) > APART, misfit, np.inf)
         k = misfit.argmin(axis=1)
         rows = np.arange(len(k))
         better = misfit[rows, k] < best

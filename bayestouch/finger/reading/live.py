@@ -18,7 +18,7 @@ from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_effects import FingerStream, bends, blank_context
 from bayestouch.finger.reading.live_elsewhere import ELSEWHERE, Branch, Fits
 from bayestouch.finger.reading.live_summary import Alternatives
-from bayestouch.finger.reading.modes import UNEXPLAINED
+from bayestouch.finger.reading.modes import UNEXPLAINED, within_half_turn
 from bayestouch.finger.reading.places import CovarianceWithPlaces
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.live import HeldTouch, LiveTouch
@@ -156,7 +156,7 @@ class FingerLive:
         off = off @ one.whitener
         if -0.5 * float(off @ off) - found.log_likelihood > -AS_WELL:
             return self._alternatives.posterior(one, found, touch.samples, degrees, [ELSEWHERE]), found.x
-        other = fits.other_place(self.places[:: len(TEMPLATE_SHARES), 1], len(TEMPLATE_SHARES), float(found.x[1]))
+        other = fits.other_place(self._locations, len(TEMPLATE_SHARES), float(found.x[1]))
         branch = None if other is None else self._branch(one, found, self._place(fits, other))
         return self._alternatives.posterior(one, found, touch.samples, degrees, [], branch), found.x
 
@@ -215,8 +215,9 @@ class FingerLive:
 
         There is one: locations reach 20 degrees beyond the elements on either side.
         """
-        off = np.abs(self.places[:, 1] - self.places[fits.best, 1])
-        return int(np.where(off > APART, fits.misfit, np.inf).argmin())
+        far = np.abs(within_half_turn(self._locations - self.places[fits.best, 1])) > APART
+        misfit = fits.misfit.reshape(len(far), -1)
+        return int(np.where(far[:, None], misfit, np.inf).argmin())
 
     def _branch(self, one: OneTouch, found: Expansion, place: FloatArray) -> Branch:
         """Where the posterior may continue near another place (w, θ_c, P), given the mode; as `elsewhere.branches`."""
@@ -227,6 +228,11 @@ class FingerLive:
         covariance = np.zeros((3, 3))
         covariance[0, 0] = found.covariance[0, 0]
         return Branch(np.array([found.x[0], *place[1:]]), covariance, alone=False)
+
+    @cached_property
+    def _locations(self) -> FloatArray:
+        """Locations of the templates, rad, each once."""
+        return self.places[:: len(TEMPLATE_SHARES), 1]
 
     @cached_property
     def _squares(self) -> NDArray[np.float32]:

@@ -178,12 +178,16 @@ def other_minima(
     low[:, 1:] &= falls
     low[:, :-1] &= ~falls
     row, k = np.nonzero(low)
-    # On a finger that is a full ring, both ends of the prior are one location.
-    off = np.abs((angles[k] - mode[row] + np.pi) % (2 * np.pi) - np.pi)
+    off = np.abs(within_half_turn(angles[k] - mode[row]))
     nearest = np.full(len(misfit), OWN)
     np.minimum.at(nearest, row, off)
     beside = off > nearest[row]
     return row[beside], k[beside]
+
+
+def within_half_turn(angle: FloatArray) -> FloatArray:
+    """Differences of locations (rad), within half a turn: both ends of the prior of a full ring are one location."""
+    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
 def moved_inside(posterior: FingerPosterior, place: FloatArray) -> FloatArray:
