@@ -52,13 +52,14 @@ def turned(degrees: npt.ArrayLike) -> FloatArray:
     return np.asarray((np.asarray(degrees, dtype=np.float64) + 180) % 360 - 180)
 
 
-def nearest_turn(degrees: FloatArray, to: FloatOrArray) -> FloatArray:
+def nearest_turn(angles: FloatArray, to: FloatOrArray, turn: float = 360.0) -> FloatArray:
     """Angles in degree, with as many whole turns added as bring them nearest to other angles.
 
-    Angles that are within half a turn of the others are unchanged to the bit; one that is not finite becomes NaN.
+    Angles that are within half a turn of the others are unchanged to the bit; one that is not finite becomes NaN. In
+    another unit a whole turn is `turn`.
     """
     with np.errstate(invalid="ignore"):
-        return np.asarray(degrees + 360 * np.round((to - degrees) / 360))
+        return np.asarray(angles + turn * np.round((to - angles) / turn))
 
 
 def kept(array: npt.NDArray[Any], given: object) -> npt.NDArray[Any]:

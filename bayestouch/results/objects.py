@@ -137,7 +137,8 @@ class TouchPosteriors(PosteriorsData):
         ``x``, ``y``, ``P`` on a pad.
     posterior : mapping of (chain, draw, t) arrays
         Draws, in public units (mm, degree, N/m or N). The draws of a large file are read from it when they are
-        used. Empty if only summaries were kept.
+        used. Empty if only summaries were kept. On a full ring of elements ``theta_c`` of a touch may go on beyond the
+        angle at which the row ends (179° to 182°), so that its draws are together.
     sample_stats : mapping of (t,) arrays
         ``ess_bulk`` and ``rhat`` (of the worst parameter of the touch), ``acceptance``, ``pareto_k``, and ``grade``:
         1 if the targets are met. They always refer to all draws, also to those that were not kept. ``beyond_prior``

@@ -17,6 +17,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches, touches_from
@@ -173,6 +174,10 @@ def _check_touches(
         seed=seed,
         progress=progress,
     )
+    prior = next(each.prior for each in read.parameters if each.name == "theta_c")
+    if np.ptp(prior.support) > 360 * (1 - 1e-9):
+        # Draws on a full ring may go on beyond the end of the row, where the truth is in another turn.
+        truth["theta_c"] = nearest_turn(truth["theta_c"], read.mean("theta_c"))
     return rank_statistics(read.posterior, truth)
 
 

@@ -25,6 +25,7 @@ from bayestouch.finger.reading.reader import (
     with_noise_of_signal,
 )
 from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.priors.parameters import Prior
 from bayestouch.priors.radius import RadiusOfTips
 from bayestouch.reading.touch_reader import Drawn
 from bayestouch.sampling import BlockProposal
@@ -77,7 +78,7 @@ class FingerGroup:
         """Draws of `DRAWN`, `RADIUS_READ`, `TIPS`, `WHITENER`; from (chain, draw, t, 3). θ_c in degree."""
         indenter = self.posterior.indenter
         radius, indenter_radius = indenter.indenter_radius(draws[..., 0])
-        out = {"theta_c": np.degrees(draws[..., 1]), "P": draws[..., 2]}
+        out = {"theta_c": self._degrees(draws[..., 1]), "P": draws[..., 2]}
         if self.modulus is not None:
             over_modulus = indenter.radius(draws[..., 0])
             out[RADIUS_READ] = over_modulus.mean(axis=(0, 1))
@@ -93,6 +94,14 @@ class FingerGroup:
             full = whitener if whitener.ndim == 3 else whitener[:, :, None] * np.eye(whitener.shape[1])
             out[WHITENER] = np.moveaxis(full, 0, -1)
         return out
+
+    def _degrees(self, angle: FloatArray) -> FloatArray:
+        """Locations in degree; on a full ring the mean of each touch is within half a turn of the row's middle."""
+        degrees = np.degrees(angle)
+        if self.posterior.middle is None:
+            return degrees
+        mean = degrees.mean(axis=(0, 1))
+        return np.asarray(degrees + 360 * np.round((np.degrees(self.posterior.middle) - mean) / 360))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,14 +133,14 @@ class FingerSampler:
     redraws_together = True
 
     @cached_property
-    def drawn_priors(self) -> IndenterPriors:
-        """Priors of what is drawn: `priors`, or with that of R' in place of R."""
-        return self.priors if self.modulus is None else replace(self.priors, radius=self.modulus)
+    def drawn_radius(self) -> Prior:
+        """Prior of the radius that is drawn: R, or R'."""
+        return self.priors.radius if self.modulus is None else self.modulus
 
     @cached_property
     def search(self) -> IndenterPriors:
         """Priors for the search of modes, which needs a density of R, also where only some tips are possible."""
-        return replace(self.priors, radius=search_prior(self.drawn_priors.radius, self.chain.outer_radius_mm))
+        return replace(self.priors, radius=search_prior(self.drawn_radius, self.chain.outer_radius_mm))
 
     def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
         """Rows in an even number of pieces of about the same size."""
@@ -150,7 +159,11 @@ class FingerSampler:
         return shapes
 
     def groups(self, touches: TouchReadings, rows: IndexArray) -> Iterator[FingerGroup]:
-        """The touches in `rows`: those at one location, and those that may be at distant ones too."""
+        """The touches in `rows`: those at one location, and those that may be at distant ones too.
+
+        A touch on a full ring is drawn between ends of the location that are a quarter of a turn from its mode at
+        least, so that its draws are together.
+        """
         some = touches.select(rows)
         posterior = FingerPosterior(self.chain, some, self.search, noise_whitener(self.noise, some), self.table)
         mode = find_modes(posterior)
@@ -160,6 +173,20 @@ class FingerSampler:
             posterior = with_whitener(posterior, full_whitener(self.noise, some, covariance))
             posterior = with_noise_of_signal(posterior, mode, self.noise, covariance)
             mode = find_modes(posterior, mode)
+        if not self.priors.whole_turn:
+            yield from self._groups_of(rows, posterior, mode)
+            return
+        low, high = self.priors.location.support
+        outer = np.abs(mode[:, 1] - 0.5 * (low + high)) > 0.5 * np.pi
+        for part, priors in ((~outer, self.search), (outer, self.search.half_a_turn_on)):
+            if part.any():
+                index = np.flatnonzero(part)
+                place = mode[index]
+                place[:, 1] = priors.in_turn(place[:, 1])
+                yield from self._groups_of(rows[index], replace(posterior.select(index), priors=priors), place)
+
+    def _groups_of(self, rows: IndexArray, posterior: FingerPosterior, mode: FloatArray) -> Iterator[FingerGroup]:
+        """Groups of touches with their posterior for the search and their modes (t, 3)."""
         matched = list(matches(posterior))
         others = across_the_element(posterior, mode, other_places(posterior, mode, matched))
         several = np.zeros(len(rows), dtype=bool)
@@ -168,7 +195,7 @@ class FingerSampler:
             hopeful = np.flatnonzero(count == n)
             search = posterior.select(hopeful)
             modes = branches(search, mode[hopeful], others[hopeful, :n])
-            at_several = np.flatnonzero(missed(replace(search, priors=self.drawn_priors), modes))
+            at_several = np.flatnonzero(missed(self._drawn(search), modes))
             if len(at_several):
                 several[hopeful[at_several]] = True
                 modes = [(each[at_several], hessian[at_several]) for each, hessian in modes]
@@ -184,10 +211,14 @@ class FingerSampler:
             modes = [(each, hessian_at(search, each)) for each in (mode[far], find_modes(search, place[far]))]
             yield self._at_places(rows[far], search, modes)
 
+    def _drawn(self, search: FingerPosterior) -> FingerPosterior:
+        """The posterior that is drawn, from that of the search."""
+        return replace(search, priors=replace(search.priors, radius=self.drawn_radius))
+
     def _at_one_place(self, rows: IndexArray, search: FingerPosterior, mode: FloatArray) -> FingerGroup:
         """Group of touches whose posterior, that of the `search`, has one mode (t, 3)."""
         hessian = hessian_at(search, mode)
-        posterior = replace(search, priors=self.drawn_priors)
+        posterior = self._drawn(search)
         proposal: BlockProposal
         if isinstance(self.priors.radius, RadiusOfTips):
             proposal, log_probability = propose_alternatives(posterior, mode, hessian)
@@ -199,7 +230,7 @@ class FingerSampler:
         self, rows: IndexArray, search: FingerPosterior, modes: Sequence[tuple[FloatArray, FloatArray]]
     ) -> FingerGroup:
         """Group of touches that may be at several locations: modes (t, 3) of the `search` and Hessians (t, 3, 3)."""
-        posterior = replace(search, priors=self.drawn_priors)
+        posterior = self._drawn(search)
         log_probability = None
         if isinstance(self.priors.radius, RadiusOfTips):
             # Counted among the draws.

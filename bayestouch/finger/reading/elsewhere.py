@@ -7,16 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.finger.reading.modes import (
-    BESIDE,
-    GRID_STEP,
-    Match,
-    find_modes,
-    hessian_at,
-    moved_inside,
-    within_half_turn,
-)
-from bayestouch.finger.reading.reader import FingerPosterior
+from bayestouch.data.arrays import nearest_turn
+from bayestouch.finger.reading.modes import BESIDE, GRID_STEP, Match, find_modes, hessian_at, moved_inside
+from bayestouch.finger.reading.reader import TURN, FingerPosterior
 
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
 APART, AS_WELL = np.radians(6.0), 8.0
@@ -31,7 +24,7 @@ def distant_places(posterior: FingerPosterior, mode: FloatArray, matched: Sequen
     """
     out, best = mode.copy(), np.full(len(mode), np.inf)
     for w, angles, load, misfit, _ in matched:
-        misfit = np.where(np.abs(within_half_turn(angles - mode[:, 1:2])) > APART, misfit, np.inf)
+        misfit = np.where(np.abs(nearest_turn(angles - mode[:, 1:2], 0.0, TURN)) > APART, misfit, np.inf)
         k = misfit.argmin(axis=1)
         rows = np.arange(len(k))
         better = misfit[rows, k] < best
@@ -59,9 +52,12 @@ def across_the_element(posterior: FingerPosterior, mode: FloatArray, places: Flo
     place is at one side for sharper indenters, and the place across is at the other side.
     """
     count = np.isfinite(places[..., 0]).sum(axis=1)
-    angle = mode[:, 1:2] - posterior.chain.angle
-    nearest = np.abs(angle).argmin(axis=1)
-    off, element = angle[np.arange(len(mode)), nearest], posterior.chain.angle[nearest]
+    elements = np.broadcast_to(posterior.chain.angle, (len(mode), len(posterior.chain.angle)))
+    if posterior.priors.whole_turn:
+        elements = nearest_turn(elements, mode[:, 1:2], TURN)
+    angle = mode[:, 1:2] - elements
+    rows, nearest = np.arange(len(mode)), np.abs(angle).argmin(axis=1)
+    off, element = angle[rows, nearest], elements[rows, nearest]
     out = np.concatenate([places, np.full((len(mode), 1, 3), np.nan)], axis=1)
     alone = np.flatnonzero((count == 0) & (np.abs(off) < BESIDE))
     if len(alone):

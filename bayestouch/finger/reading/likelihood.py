@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.finger.reading.reader import FingerPosterior
 from bayestouch.priors.parameters import Parameter
 from bayestouch.reading.touch_reader import Drawn
@@ -70,6 +71,9 @@ class FingerTouchModel:
 
         For R of a tip it is the log prior probability of the tip.
         """
+        middle = self.posterior.middle
+        if middle is not None:
+            draws = {**draws, "theta_c": nearest_turn(draws["theta_c"], float(np.degrees(middle)))}
         return {each.name: each.prior.log_density(draws[each.name]) for each in self.parameters}
 
     def prior(self, uniform: FloatArray) -> Drawn:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtri
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.finger.reading.elsewhere import APART, AS_WELL
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.live_covariance import LOADS, LOADS_OF_BEND, CovarianceTable
@@ -20,6 +21,7 @@ from bayestouch.finger.reading.live_elsewhere import ELSEWHERE, Branch, Fits
 from bayestouch.finger.reading.live_summary import Alternatives
 from bayestouch.finger.reading.modes import UNEXPLAINED, within_half_turn
 from bayestouch.finger.reading.places import CovarianceWithPlaces
+from bayestouch.finger.reading.reader import TURN, middle_of
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.live import HeldTouch, LiveTouch
 from bayestouch.reading.options import Options
@@ -124,16 +126,18 @@ class FingerLive:
             # The mode for the load as read may be far from that for the true load, and so has another covariance.
             corrected = stream.with_true_load(one, float(self.places[fits.best, 1]))
             fits = self._fits(readings, diagonal, corrected.load)
-        found = _climb(corrected, corrected.expansion(self._place(fits, fits.best)), NEAR)
+        start = self._place(fits, fits.best)
+        one, corrected = (each.about(start[1]) for each in (one, corrected))
+        found = _climb(corrected, corrected.expansion(start), NEAR)
         columns = None
         if self.covariance is not None:
             w, angle, pressed = found.x.tolist()
             kappa = pressed * float(one.radii(w)) * one.per_modulus
-            columns = self.covariance(kappa, angle, pressed).reshape(-1, len(readings))
+            columns = self.covariance(kappa, float(one.in_row(angle)), pressed).reshape(-1, len(readings))
             columns[len(readings) :] /= pressed
         elif not self.reader.options.plug_in:
             w, angle, pressed = found.x
-            mode = np.atleast_1d(one.radii(w)), np.array([angle]), np.array([pressed])
+            mode = np.atleast_1d(one.radii(w)), one.in_row(np.array([angle])), np.array([pressed])
             columns = self.reader.covariance(*mode)[0]
         covariance: FloatArray | None
         if stream is not None and context is not None:
@@ -179,6 +183,7 @@ class FingerLive:
             whitener=nothing,
             load=np.nan,
             load_sd=1.0,
+            middle=middle_of(sampler.chain, sampler.priors),
         )
 
     @cached_property
@@ -221,6 +226,8 @@ class FingerLive:
 
     def _branch(self, one: OneTouch, found: Expansion, place: FloatArray) -> Branch:
         """Where the posterior may continue near another place (w, θ_c, P), given the mode; as `elsewhere.branches`."""
+        if one.middle is not None:
+            place[1] = nearest_turn(place[1], float(found.x[1]), TURN)
         there = _climb(one, one.expansion(place), SETTLED)
         off = there.x - found.x
         if off @ found.hessian @ off > SAME**2:

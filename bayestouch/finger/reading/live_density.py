@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.finger.reading.modes import DIFFERENCES
-from bayestouch.finger.reading.reader import CalibratedFinger, TouchContext
+from bayestouch.finger.reading.reader import TURN, CalibratedFinger, TouchContext
 from bayestouch.finger.reading.reading_table import ReadingTable
 
 # Centre, and both neighbours along each of the coordinates (w, θ_c, P).
@@ -80,6 +81,8 @@ class OneTouch:
         Measured load and its standard error, N/m; the load is NaN if not measured.
     context : TouchContext or None
         Effects on this touch.
+    middle : float or None
+        As in `FingerPosterior`: on a full ring `ends` are half a turn from about the mode of the touch.
     """
 
     chain: CalibratedFinger
@@ -94,6 +97,7 @@ class OneTouch:
     load: float
     load_sd: float
     context: TouchContext | None = None
+    middle: float | None = None
 
     def with_(self, **changes: object) -> OneTouch:
         """The touch with some fields changed; `dataclasses.replace` takes ten times as long."""
@@ -104,6 +108,7 @@ class OneTouch:
 
     def predicted(self, radius: FloatArray, angle: FloatArray, load: FloatArray) -> NDArray[np.float32]:
         """Readings (n, m) for R (mm), θ_c (rad) and P (N/m), all (n,)."""
+        angle = self.in_row(angle)
         kappa = load * self.chain.effective_radius(radius, angle)
         kappa *= self.per_modulus
         # Points of the quadrature may have a load below zero.
@@ -115,6 +120,16 @@ class OneTouch:
             return rows
         touch = np.zeros(len(load), dtype=np.int64)
         return np.asarray(self.context.readings(rows, radius, angle, load, touch), dtype=np.float32)
+
+    def in_row(self, angle: FloatArray) -> FloatArray:
+        """Locations (rad); on a full ring within half a turn of the middle of the row."""
+        return angle if self.middle is None else nearest_turn(angle, self.middle, TURN)
+
+    def about(self, angle: float) -> OneTouch:
+        """The touch; on a full ring with the ends of its location half a turn from this angle (rad)."""
+        if self.middle is None:
+            return self
+        return self.with_(ends=(angle - np.pi, angle + np.pi, *self.ends[2:]))
 
     def residual(self, radius: FloatArray, angle: FloatArray, load: FloatArray) -> NDArray[np.float32]:
         """Whitened prediction minus reading (n, m)."""

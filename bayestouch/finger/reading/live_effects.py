@@ -185,7 +185,7 @@ class FingerStream:
         """
         signal = (found.rows[0] - context.shift[0]) / context.scale[0]
         if self.corrects_load and one.load == one.load:
-            loads = self._true_load(one, float(found.x[1]))
+            loads = self._true_load(one, float(one.in_row(found.x[1])))
             context = self._with_loads(context, loads, columns, signal)
             one = one.with_(load=float(loads.load[0]), load_sd=float(loads.sd[0]), context=context)
         covariance = self.covariance(columns, context, signal)

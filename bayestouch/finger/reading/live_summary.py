@@ -174,8 +174,12 @@ class Alternatives:
         low, high, least, most = one.ends
         angle_sd, load_sd = float(sd[1]) / _DEGREE, float(sd[2])
         at, pressed = float(mean[1]) / _DEGREE, float(mean[2])
-        if min(at - low, high - at) < CLOSE * angle_sd or min(pressed - least, most - pressed) < CLOSE * load_sd:
+        beside = one.middle is None and min(at - low, high - at) < CLOSE * angle_sd
+        if beside or min(pressed - least, most - pressed) < CLOSE * load_sd:
             flags = [*flags, AT_AN_END]
+        if one.middle is not None:
+            turn = float(one.in_row(mean[1] / _DEGREE)) * _DEGREE - mean[1]
+            mean[1], quantiles[1] = mean[1] + turn, quantiles[1] + turn
         tips = {}
         if self.names:
             shares = [*mass[:k].tolist(), *([float(mass[k:].sum())] if grid is not None else [])]

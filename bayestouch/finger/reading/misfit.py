@@ -180,7 +180,9 @@ class FingerMisfit:
         return beyond
 
     def _at_the_end(self, angle: FloatArray) -> BoolArray:
-        """Whether locations (t,), rad, are at an end of their prior."""
+        """Whether locations (t,), rad, are at an end of their prior; on a full ring there is none."""
+        if self.priors.whole_turn:
+            return np.zeros(len(angle), dtype=bool)
         first, last = self.priors.location.support
         return np.asarray(np.minimum(angle - first, last - angle) < AT_THE_END * (last - first))
 

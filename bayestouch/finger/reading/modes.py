@@ -115,7 +115,7 @@ def _searched_again(posterior: FingerPosterior, mode: FloatArray, value: FloatAr
 
 def hessian_at(posterior: FingerPosterior, mode: FloatArray) -> FloatArray:
     """Gauss-Newton Hessian of minus the log density of every touch at its mode (t, 3), (t, 3, 3)."""
-    return _expansion(posterior, mode, np.arange(len(mode)))[1]
+    return _expansion(posterior.without_ends, mode, np.arange(len(mode)))[1]
 
 
 def _starts(posterior: FingerPosterior, matched: Sequence[Match]) -> FloatArray:
@@ -240,8 +240,11 @@ def _row_norm(whitener: FloatArray) -> FloatArray:
 
 
 def _climb(posterior: FingerPosterior, start: FloatArray, blocks: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Damped Gauss-Newton from starts (n, 3) of the touches `blocks` (n,): mode and log density."""
-    x = start.copy()
+    """Damped Gauss-Newton from starts (n, 3) of the touches `blocks` (n,): mode and log density.
+
+    On a full ring the search goes on beyond the ends of the prior, which are one location.
+    """
+    x, priors, posterior = start.copy(), posterior.priors, posterior.without_ends
     value = posterior.log_density(x[:, None], blocks)[:, 0]
     damping = np.full(len(x), 1e-2)
     active = np.arange(len(x))
@@ -261,6 +264,7 @@ def _climb(posterior: FingerPosterior, start: FloatArray, blocks: IntArray) -> t
         if not going.any():
             break
         active = active[going]
+    x[:, 1] = priors.in_turn(x[:, 1])
     return x, value
 
 

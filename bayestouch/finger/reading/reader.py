@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.chain.noise import Noise
-from bayestouch.data.arrays import read_once
+from bayestouch.data.arrays import nearest_turn, read_once
 from bayestouch.finger.known_touches import hardest_load
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
@@ -21,6 +21,9 @@ from bayestouch.priors.indenters import IndenterPrior, UniformRadius
 from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.reading.ends import is_at_the_end
 from bayestouch.results.objects import Calibration
+
+#: A whole turn, rad.
+TURN = 2 * np.pi
 
 
 class CalibratedFinger(Protocol):
@@ -156,6 +159,28 @@ class IndenterPriors:
     location: Uniform
     load: Prior
 
+    @property
+    def whole_turn(self) -> bool:
+        """Whether every location is possible (a full ring of elements): then both ends of the prior are one place."""
+        low, high = self.location.support
+        return high - low > TURN * (1 - 1e-9)
+
+    @property
+    def half_a_turn_on(self) -> IndenterPriors:
+        """The same priors of a full ring, with the ends of the location at the opposite place."""
+        low, high = self.location.support
+        return replace(self, location=Uniform(low + np.pi, high + np.pi))
+
+    @property
+    def without_ends(self) -> IndenterPriors:
+        """The priors of a full ring with a location that goes on beyond both ends, for a search from a place inside."""
+        low, high = self.location.support
+        return replace(self, location=Uniform(low - TURN, high + TURN))
+
+    def in_turn(self, angle: FloatArray) -> FloatArray:
+        """Locations (rad); on a full ring with whole turns added that bring them between the ends of the prior."""
+        return nearest_turn(angle, float(np.mean(self.location.support)), TURN) if self.whole_turn else angle
+
     @classmethod
     def of(
         cls,
@@ -188,7 +213,7 @@ class IndenterPriors:
     def cut_off(self, angle: FloatArray, load: FloatArray) -> BoolArray:
         """Whether an end of the prior of location or load cuts off the posterior of a touch, (t,).
 
-        A load near zero does not count, because a light touch is a touch.
+        A load near zero does not count, because a light touch is a touch. The location of a full ring has no end.
 
         Parameters
         ----------
@@ -196,11 +221,9 @@ class IndenterPriors:
             Draws of θ_c (rad) and P (N/m).
         """
         (first, last), (lightest, hardest) = self.location.support, self.load.support
-        beside = (
-            (angle - first, last - first),
-            (last - angle, last - first),
-            (hardest - load, hardest - lightest),
-        )
+        beside = [(hardest - load, hardest - lightest)]
+        if not self.whole_turn:
+            beside += [(angle - first, last - first), (last - angle, last - first)]
         return np.asarray(np.any([is_at_the_end(distance, width) for distance, width in beside], axis=0))
 
 
@@ -247,6 +270,19 @@ class FingerPosterior:
         """Conversion between w and the indenter."""
         return IndenterCoordinate(self.priors.radius, self.chain.outer_radius_mm)
 
+    @property
+    def without_ends(self) -> FingerPosterior:
+        """The posterior without ends of the location, if the elements are a full ring."""
+        return replace(self, priors=self.priors.without_ends) if self.priors.whole_turn else self
+
+    @cached_property
+    def middle(self) -> float | None:
+        """Middle of the row of a full ring of elements, rad; None on other fingers.
+
+        Tables and effects have locations within half a turn of it.
+        """
+        return middle_of(self.chain, self.priors)
+
     def radius(self, w: FloatArray) -> FloatArray:
         """Composite radius R in mm."""
         return self.indenter.radius(w)
@@ -283,6 +319,8 @@ class FingerPosterior:
 
         With a table they are float32, without a table float64.
         """
+        if self.middle is not None:
+            angle = nearest_turn(angle, self.middle, TURN)
         if self.table is None:
             return self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks)
         kappa = (load * self.chain.effective_radius(radius, angle) / (1000 * self.chain.shear_modulus_MPa)).ravel()
@@ -334,6 +372,11 @@ class FingerPosterior:
         """Log posterior density (B, W), up to a constant per touch; ``-inf`` outside the priors."""
         prior = self.log_factor(x, blocks)
         return np.where(np.isfinite(prior), prior - 0.5 * _sum_of_squares(self.residual(x, blocks)), -np.inf)
+
+
+def middle_of(chain: CalibratedFinger, priors: IndenterPriors) -> float | None:
+    """Middle of the row of a full ring of elements, rad; None on other fingers."""
+    return 0.5 * float(chain.angle.min() + chain.angle.max()) if priors.whole_turn else None
 
 
 def _sum_of_squares(rows: NDArray[np.floating]) -> FloatArray:

@@ -229,7 +229,7 @@ class FingerTouchReader:
         log_probability, whitener = drawn.pop(TIPS, None), drawn.pop(WHITENER, None)
         radius_read = drawn.pop(RADIUS_READ, None)
         posterior = {name: drawn[name] for name in DRAWN}
-        reference = self._reference(means)
+        reference = self._reference(means, posterior["theta_c"].mean(axis=(0, 1)))
         read = posterior["R"].mean(axis=(0, 1)) if radius_read is None else radius_read
         touch = read, np.radians(posterior["theta_c"].mean(axis=(0, 1))), posterior["P"].mean(axis=(0, 1))
         predicted = self._predicted(block.readings, *touch)
@@ -285,13 +285,16 @@ class FingerTouchReader:
         harder = readings.load > priors.load.support[1]
         return np.asarray(harder | priors.cut_off(np.radians(draws["theta_c"]), draws["P"]))
 
-    def _reference(self, means: TouchMeans) -> dict[str, FloatArray]:
+    def _reference(self, means: TouchMeans, read_deg: FloatArray) -> dict[str, FloatArray]:
+        """References of touches that are read at locations (t,), degree."""
         radius, outer = means.indenter_radius_mm, self.sampler.chain.outer_radius_mm
         composite = composite_radius(np.where(np.isnan(radius), 0.0, radius), outer)
         angle = np.full(means.n_touches, np.nan)
         if means.angle_deg is not None:
             # In the turn in which locations are read, that a user may subtract one from the other.
-            angle = nearest_turn(means.angle_deg, float(np.degrees(np.mean(self.sampler.priors.location.support))))
+            priors = self.sampler.priors
+            row = float(np.degrees(np.mean(priors.location.support)))
+            angle = nearest_turn(means.angle_deg, read_deg if priors.whole_turn else row)
         return {"r_c": radius, "R": np.where(np.isnan(radius), np.nan, composite), "theta_c": angle, "P": means.load}
 
     def _predicted(

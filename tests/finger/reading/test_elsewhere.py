@@ -11,11 +11,13 @@ import pytest
 
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
+from bayestouch.data.arrays import turned
 from bayestouch.finger.reading import elsewhere
 from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.elsewhere import across_the_element, distant_places, fits_as_well
 from bayestouch.finger.reading.live import FingerLive
 from bayestouch.finger.reading.live_elsewhere import ELSEWHERE
+from bayestouch.finger.reading.misfit import FingerMisfit
 from bayestouch.finger.reading.modes import find_modes, matches, other_places
 from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
 from bayestouch.finger.reading.reading_table import ReadingTable
@@ -70,8 +72,7 @@ def test_both_ends_of_a_full_ring_are_one_place() -> None:
     touches = TouchReadings(readings, np.ones((1, 12), dtype=np.int64), np.array([100.0]), np.ones(1))
     posterior = FingerPosterior(chain, touches, priors, np.full((1, 12), 0.01))
     found = distant_places(posterior, np.array([[0.0, low + 0.01, 100.0]]), list(matches(posterior)))
-    turned = (found[0, 1] - low - 0.01 + np.pi) % (2 * np.pi) - np.pi
-    assert abs(turned) > np.radians(6)
+    assert abs(turned(np.degrees(found[0, 1] - low - 0.01))) > 6
 
 
 # R (mm) and location (degree) of touches beside an element of three; a force sensor reads them, with an sd of 1 N/m.
@@ -169,6 +170,62 @@ def test_a_better_mode_at_another_place_is_found() -> None:
     mode = find_modes(posterior)
     np.testing.assert_allclose(mode[:, 1], angle, rtol=0, atol=np.radians(0.1))
     np.testing.assert_allclose(posterior.radius(mode[:, 0]), radius, rtol=0, atol=0.2)
+
+
+# Locations (degree) near the end of the row of a full ring; it ends at 180°, halfway between two elements.
+NEAR_THE_END = np.array([179.0, 179.9, 180.0, -179.9, -178.5])
+
+
+def on_a_ring(angle_deg: np.ndarray) -> tuple[FingerSampler, TouchReadings]:
+    """Touches without errors on a full ring of 24 elements, and what draws them."""
+    sampler, _ = read_on(chain := finger_of(24, 15.0))
+    load = np.full(len(angle_deg), LOAD)
+    readings = chain.predict(np.full(len(angle_deg), 6.0), np.radians(angle_deg), load)
+    one = np.ones(len(angle_deg))
+    return sampler, TouchReadings(readings, np.ones(readings.shape, dtype=np.int64), load, one)
+
+
+def test_touches_at_the_end_of_a_full_ring_are_read_like_those_at_its_middle() -> None:
+    """Draws of a touch were on both sides of the end: mean -2.8° at 180°, an interval of 360°, and grade 0."""
+    (sampler, end), (_, middle) = on_a_ring(NEAR_THE_END), on_a_ring(NEAR_THE_END - 180)
+    there, here = (draw(sampler, each, DrawPlan(1024, seed=1), workers=1) for each in (end, middle))
+    np.testing.assert_array_equal(there["grade"], 1)
+    angle, centre = there["theta_c"].mean(axis=(0, 1)), here["theta_c"].mean(axis=(0, 1))
+    assert (np.abs(angle) <= 180).all()
+    np.testing.assert_allclose(np.abs(angle - centre), 180, rtol=0, atol=0.03)
+    spread = here["theta_c"].std(axis=(0, 1))
+    assert spread.max() < 0.3
+    np.testing.assert_allclose(there["theta_c"].std(axis=(0, 1)), spread, rtol=0.2)
+    assert np.ptp(there["theta_c"], axis=(0, 1)).max() < 3
+    assert not sampler.priors.cut_off(np.radians(there["theta_c"]), there["P"]).any()
+
+
+def test_the_live_reader_has_no_end_of_the_prior_on_a_full_ring() -> None:
+    (sampler, end), (_, middle) = on_a_ring(NEAR_THE_END), on_a_ring(NEAR_THE_END - 180)
+    live = live_reader(sampler)
+    for there, here in zip(read_live(live, end), read_live(live, middle), strict=True):
+        assert AT_AN_END not in there.flags and abs(there.mean[1]) <= 180
+        turn = there.mean[1] - here.mean[1]
+        np.testing.assert_allclose(abs(turn), 180, rtol=0, atol=1e-3)
+        np.testing.assert_allclose(there.sd, here.sd, rtol=1e-3)
+        np.testing.assert_allclose(there.quantiles[1] - turn, here.quantiles[1], rtol=0, atol=1e-3)
+
+
+def test_the_check_of_the_sensor_counts_touches_at_the_end_of_a_full_ring() -> None:
+    sampler, touches = on_a_ring(NEAR_THE_END)
+    jacobian = np.zeros((len(NEAR_THE_END), 24, 24))
+    fits = FingerMisfit(
+        sampler.chain,
+        sampler.table,
+        sampler.priors,
+        sampler.noise,
+        lambda *_: jacobian,
+        touches,
+        LOAD,
+        np.arange(len(NEAR_THE_END)),
+    )(np.zeros(25, dtype=bool))
+    assert (fits.information.max(axis=1) > 0).all()
+    assert np.abs(fits.score / np.sqrt(np.maximum(fits.information, 1e-300))).max() < 0.1
 
 
 def live_reader(sampler: FingerSampler) -> FingerLive:

@@ -21,6 +21,7 @@ def test_a_climb_ends_with_the_first_step_that_gains_next_to_nothing(monkeypatch
 
     monkeypatch.setattr(module, "_expansion", expansion)
     posterior: Any = SimpleNamespace(log_density=lambda x, blocks: -0.5 * (x**2).sum(axis=-1))
+    posterior.without_ends, posterior.priors = posterior, SimpleNamespace(in_turn=lambda angle: angle)
     top, value = module._climb(posterior, np.array([[0.001, 0.0, 0.0]]), np.arange(1))
     assert looks == [1]
     np.testing.assert_allclose(top, np.zeros((1, 3)), atol=2e-5)
