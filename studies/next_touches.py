@@ -45,7 +45,7 @@ from bayestouch.model.planned import Group, PlannedReadings
 from bayestouch.model.planned_table import planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.pad.calibration import calibrate_pad
-from bayestouch.reliability.two_causes import two_models
+from bayestouch.reliability.two_causes import TwoCauses
 
 DEVELOPMENT, FRESH = range(1, 4), range(9111, 9121)
 # Number of touches of an even grid, and on how many sensors it is checked with readings.
@@ -188,7 +188,7 @@ def cause_rows(seeds: Sequence[int]) -> Iterator[Row]:
             table = dataset.touches.with_(time_s=dataset.touches.time_s - end)
             means = planned_table(table, diagnosis.calibration_after)
             try:
-                models = two_models(diagnosis, (cause, other), means)
+                models = TwoCauses.named(diagnosis, (cause, other)).models(means)
             except bayestouch.InputError:
                 continue  # the search did not try both in one round, or found no functions of place
             sets = sets_for_decision(models, means)

@@ -34,8 +34,8 @@ _MOST_VALUES = 12
 # An element is named if its value is farther from the median than this many times the root mean square of the others.
 # By chance one of six normal values is so in 6 % of cases, one of sixteen in 0.5 %; of fewer it says little.
 _FAR, _ENOUGH_ELEMENTS = 5.0, 6
-# Sets of causes with a smaller probability are not listed.
-_LEAST_PROBABILITY = 0.01
+#: Sets of causes with a smaller probability are not listed.
+LEAST_PROBABILITY = 0.01
 # A change of an error counts if it exceeds this many standard errors.
 _STANDARD_ERRORS = 2.0
 
@@ -92,10 +92,10 @@ def probable_causes(numbers: Mapping[str, Any], most: int) -> list[dict[str, Any
     Empty for files of version 0.1, which have no probabilities.
     """
     found = numbers.get("causes", ())
-    likely = [each for each in found if each["probability"] >= _LEAST_PROBABILITY][:most]
+    likely = [each for each in found if each["probability"] >= LEAST_PROBABILITY][:most]
     rows = [(listed(list(each["names"])), each["probability"]) for each in likely]
     others = 1 - sum(probability for _, probability in rows)
-    if rows and others >= _LEAST_PROBABILITY:
+    if rows and others >= LEAST_PROBABILITY:
         rows.append(("others", others))
     return [{"name": name, "probability": each, "text": _probability(each)} for name, each in rows]
 
@@ -104,13 +104,13 @@ def chance_lines(numbers: Mapping[str, Any]) -> list[str]:
     """A sentence if chance may be all that the verdict "unattributed" found; else empty."""
     nothing = sum(each["probability"] for each in numbers.get("causes", ()) if list(each["names"]) == [NOTHING])
     tail = numbers.get("unexplained", {}).get("p_value")
-    if verdict_word(numbers) != "unattributed" or nothing < _LEAST_PROBABILITY or tail is None:
+    if verdict_word(numbers) != "unattributed" or nothing < LEAST_PROBABILITY or tail is None:
         return []
     return [f"Chance may be all of it: without an error, {100 * tail:.2g} % of sensors have a lack of fit as large."]
 
 
 def _probability(value: float) -> str:
-    return "> 99 %" if value > 1 - _LEAST_PROBABILITY else f"{100 * value:.0f} %"
+    return "> 99 %" if value > 1 - LEAST_PROBABILITY else f"{100 * value:.0f} %"
 
 
 def _values(parameters: Mapping[str, Any]) -> str:

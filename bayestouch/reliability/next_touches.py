@@ -22,7 +22,7 @@ from bayestouch.output.summary import Summarised
 from bayestouch.output.text import exact, number, plural
 from bayestouch.reliability.candidate_touches import candidate_touches, touches_to_read
 from bayestouch.reliability.choice_of_touches import ChosenTouches, lowest_sd, most_decisive
-from bayestouch.reliability.two_causes import probable_pair, two_models
+from bayestouch.reliability.two_causes import TwoCauses
 from bayestouch.results.objects import Calibration
 from bayestouch.results.units import load_unit
 
@@ -43,7 +43,8 @@ class NextTouches(Summarised):
     Attributes
     ----------
     about : str
-        What the touches are to tell: ``calibration``, ``places``, or the two causes with ``or`` between them.
+        What the touches are to tell: ``calibration``, ``places``, or the two causes (or sets of causes) with ``or``
+        between them.
     touches : Touches
         The chosen touches in the order in which they are chosen, one row each: place, tip, load, `reads`; no readings.
     chosen : (c,) int array
@@ -178,7 +179,8 @@ def next_touches(
         pad, and its sensitivity at the places of the calibration if it has an empirical map. ``"places"``: what the
         errors of the calibration do to touches that are read at `places`: to R on a finger, to the location on a pad.
         Two names of causes: which of two causes of a diagnosis is right, such as
-        ``("gain_drift", "something in place")``; ``"causes"`` takes the two most probable ones.
+        ``("gain_drift", "something in place")``; ``"causes"`` compares the most probable set of causes with the next
+        one that differs from it by one cause, both with a probability of at least 1 %.
     places : Touches, optional
         Touches that will be read, for ``about="places"``; by default a grid with the tips and the load of the
         calibration, over the places between the elements.
@@ -193,9 +195,10 @@ def next_touches(
     Raises
     ------
     InputError
-        `about` is unknown or does not fit `source`, `places` or `quantities` do not fit `about`, a quantity is unknown,
-        there are no candidates or fewer than `count`, a candidate has no place or tip, touches are of another
-        sensor, or the calibration has an identified E map.
+        `about` is unknown or does not fit `source`, the causes are settled (only one set of those that were tried is
+        probable), `places` or `quantities` do not fit `about`, a quantity is unknown, there are no candidates or fewer
+        than `count`, a candidate has no place or tip, touches are of another sensor, or the calibration has an
+        identified E map.
 
     Notes
     -----
@@ -252,9 +255,12 @@ def next_touches(
     else:
         if not isinstance(source, Diagnosis):
             raise InputError("about: causes are compared for a diagnosis; this is a calibration")
-        pair = probable_pair(source) if isinstance(about, str) else (about[0], about[1])
-        one, other = two_models(source, pair, means)
-        choice, names, units, title = most_decisive(one, other, count), (LOG_BAYES_FACTOR,), ("nat",), " or ".join(pair)
+        if isinstance(about, str):
+            pair = TwoCauses.probable(source)
+        else:
+            pair = TwoCauses.named(source, (about[0], about[1]))
+        one, other = pair.models(means)
+        choice, names, units, title = most_decisive(one, other, count), (LOG_BAYES_FACTOR,), ("nat",), pair.title
     return NextTouches(
         about=title,
         touches=_rows_of(means, choice.chosen),

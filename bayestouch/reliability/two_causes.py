@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from bayestouch.data.averages import TouchMeans
 from bayestouch.diagnosis.causes import NOTHING
+from bayestouch.diagnosis.outcome import LEAST_PROBABILITY
 from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.result import Diagnosis
 from bayestouch.diagnosis.rounds import SearchRound, Tried
@@ -16,43 +18,81 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.joining import fit_with
 from bayestouch.model.planned import PlannedReadings
 from bayestouch.model.planned_fit import planned_readings
+from bayestouch.output.text import listed
 
 
-def probable_pair(diagnosis: Diagnosis) -> tuple[str, str]:
-    """Two causes in which the most probable set of causes and the next one that differs by one cause differ.
+@dataclass(frozen=True, eq=False)
+class TwoCauses:
+    """Which of two causes is right, beside those that a round of the search begins with.
 
-    If one of these sets has a cause more than the other, this cause is compared with ``nothing``.
-
-    Raises
-    ------
-    InputError
-        The diagnosis has no two such sets.
+    Attributes
+    ----------
+    title : str
+        What is compared, with ``or`` between.
+    causes : (str, str)
+        The causes in which the two models differ.
+    found : SearchRound
+        The round that tried both.
     """
-    first, *others = ([each for each in names if each != NOTHING] for names in diagnosis.causes)
-    for other in others:
-        one = [each for each in first if each not in other] or [NOTHING]
-        two = [each for each in other if each not in first] or [NOTHING]
-        if len(one) == len(two) == 1 and _round_of(diagnosis, (one[0], two[0])) is not None:
-            return one[0], two[0]
-    raise InputError("about: the diagnosis has no two causes to compare; name two")
 
+    title: str
+    causes: tuple[str, str]
+    found: SearchRound
 
-def two_models(diagnosis: Diagnosis, causes: tuple[str, str], touches: TouchMeans) -> list[PlannedReadings]:
-    """The touches by the model with each cause, besides what was found before in the search.
+    @classmethod
+    def named(cls, diagnosis: Diagnosis, causes: tuple[str, str]) -> TwoCauses:
+        """Question about two causes by their names.
 
-    Raises
-    ------
-    InputError
-        The causes are equal, were not tried in one round of the search, or are found in the scatter of samples only.
-    """
-    for each in causes:
-        _check(diagnosis, each)
-    if causes[0] == causes[1]:
-        raise InputError(f"about: expected two different causes, got {causes[0]} twice")
-    found = _round_of(diagnosis, causes)
-    if found is None:
-        raise InputError(f"about: no round of the search tried both {causes[0]} and {causes[1]}")
-    return [_readings(found, each, touches) for each in causes]
+        Raises
+        ------
+        InputError
+            The causes are equal, were not tried in one round of the search, or are found in the scatter of samples
+            only.
+        """
+        for each in causes:
+            _check(diagnosis, each)
+        if causes[0] == causes[1]:
+            raise InputError(f"about: expected two different causes, got {causes[0]} twice")
+        found = _round_of(diagnosis, causes)
+        if found is None:
+            raise InputError(f"about: no round of the search tried both {causes[0]} and {causes[1]}")
+        return cls(" or ".join(causes), causes, found)
+
+    @classmethod
+    def probable(cls, diagnosis: Diagnosis) -> TwoCauses:
+        """Question about the most probable set of causes, and the next one that differs from it by one cause.
+
+        If one of these sets has a cause more than the other, this cause is compared with ``nothing``. Sets with a cause
+        that was not tried have no model, and are left out; so are improbable ones, since they are no question.
+
+        Raises
+        ------
+        InputError
+            There are no two such sets.
+        """
+        rounds = diagnosis.traced.rounds
+        tried = {NOTHING, IN_PLACE, *(each.effect.name for one in rounds for each in one.tried)}
+        probable = [names for names, share in diagnosis.causes.items() if share >= LEAST_PROBABILITY]
+        first, *others = [names for names in probable if tried.issuperset(names)] or [()]
+        for other in others:
+            common = {*first} & {*other}
+            one, two = ([each for each in names if each not in common] or [NOTHING] for names in (first, other))
+            found = [each for each in rounds if {*each.before.names} == common and {*one, *two} <= {*_names(each)}]
+            if len(one) == len(two) == 1 and found:
+                between = " or " if len(first) == len(other) == 1 else ", or "
+                title = between.join(listed(list(each)) for each in (first, other))
+                return cls(title, (one[0], two[0]), found[0])
+        if first and not others:
+            raise InputError(
+                f"about: the causes that were tried are settled: the probability of {listed(list(first))} is "
+                f"{100 * diagnosis.causes[first]:.0f} %, that of every other one less than "
+                f"{100 * LEAST_PROBABILITY:.0f} %; name two causes to compare them all the same"
+            )
+        raise InputError("about: the diagnosis has no two causes to compare; name two")
+
+    def models(self, touches: TouchMeans) -> list[PlannedReadings]:
+        """The touches by the model with each cause, besides what was found before in the search."""
+        return [_readings(self.found, each, touches) for each in self.causes]
 
 
 def _check(diagnosis: Diagnosis, cause: str) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import bayestouch
 from bayestouch.reliability.candidate_touches import touches_to_read
-from bayestouch.reliability.two_causes import probable_pair
+from bayestouch.reliability.two_causes import TwoCauses
 
 DESIGN = bayestouch.FingerDesign(
     n_elements=6,
@@ -103,10 +103,58 @@ def test_an_effect_that_is_there_is_told_from_nothing_and_from_functions_of_plac
         assert found.after[-1, 0] > 2
 
 
-def test_the_probable_causes_differ_by_one_cause() -> None:
-    one, other = probable_pair(diagnosed())
-    assert bayestouch.next_touches(diagnosed(), about="causes").about == f"{one} or {other}"
-    assert {one, other} & {"crosstalk", "nothing"}
+def with_causes(probabilities: dict[tuple[str, ...], float]) -> bayestouch.Diagnosis:
+    """The diagnosis, which found crosstalk, with other probabilities of the causes."""
+    causes = [{"names": list(names), "probability": each} for names, each in probabilities.items()]
+    return replace(diagnosed(), numbers={**diagnosed().numbers, "causes": causes})
+
+
+@pytest.mark.parametrize(
+    ("probabilities", "pair", "title"),
+    [
+        # The title was "nothing or creep".
+        (
+            {("crosstalk",): 0.6, ("something else",): 0.2, ("crosstalk", "creep"): 0.2},
+            ("nothing", "creep"),
+            "crosstalk, or crosstalk and creep",
+        ),
+        ({("crosstalk",): 0.9, ("nothing",): 0.1}, ("crosstalk", "nothing"), "crosstalk or nothing"),
+        (
+            {("something else",): 0.5, ("crosstalk",): 0.3, ("something in place",): 0.2},
+            ("crosstalk", "something in place"),
+            "crosstalk or something in place",
+        ),
+    ],
+)
+def test_the_probable_causes_are_named_as_sets(
+    probabilities: dict[tuple[str, ...], float], pair: tuple[str, str], title: str
+) -> None:
+    question = TwoCauses.probable(with_causes(probabilities))
+    assert question.causes == pair
+    before = () if "crosstalk" in pair else ("crosstalk",)
+    assert question.found.before.names == before
+    assert bayestouch.next_touches(with_causes(probabilities), about="causes").about == title
+
+
+@pytest.mark.parametrize(
+    ("probabilities", "words"),
+    [
+        (
+            {("crosstalk",): 0.88, ("something else",): 0.11, ("crosstalk", "creep"): 0.0008},
+            "about: the causes that were tried are settled: the probability of crosstalk is 88 %, that of every other "
+            "one less than 1 %; name two causes to compare them all the same",
+        ),
+        ({("something else",): 1.0}, "about: the diagnosis has no two causes to compare; name two"),
+        (
+            {("crosstalk",): 0.8, ("crosstalk", "creep", "memory"): 0.2},
+            "about: the diagnosis has no two causes to compare; name two",
+        ),
+    ],
+)
+def test_causes_that_are_no_question_are_refused(probabilities: dict[tuple[str, ...], float], words: str) -> None:
+    with pytest.raises(bayestouch.InputError) as error:
+        bayestouch.next_touches(with_causes(probabilities), about="causes")
+    assert str(error.value) == words
 
 
 @pytest.mark.parametrize(
