@@ -255,10 +255,7 @@ def next_touches(
     else:
         if not isinstance(source, Diagnosis):
             raise InputError("about: causes are compared for a diagnosis; this is a calibration")
-        if isinstance(about, str):
-            pair = TwoCauses.probable(source)
-        else:
-            pair = TwoCauses.named(source, (about[0], about[1]))
+        pair = TwoCauses.probable(source) if about == "causes" else TwoCauses.named(source, (about[0], about[1]))
         one, other = pair.models(means)
         choice, names, units, title = most_decisive(one, other, count), (LOG_BAYES_FACTOR,), ("nat",), pair.title
     return NextTouches(

@@ -19,7 +19,7 @@ from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_effects import FingerStream, bends, blank_context
 from bayestouch.finger.reading.live_elsewhere import ELSEWHERE, Branch, Fits
 from bayestouch.finger.reading.live_summary import Alternatives
-from bayestouch.finger.reading.modes import UNEXPLAINED, within_half_turn
+from bayestouch.finger.reading.modes import UNEXPLAINED
 from bayestouch.finger.reading.places import CovarianceWithPlaces
 from bayestouch.finger.reading.reader import TURN, middle_of
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
@@ -220,7 +220,7 @@ class FingerLive:
 
         There is one: locations reach 20 degrees beyond the elements on either side.
         """
-        far = np.abs(within_half_turn(self._locations - self.places[fits.best, 1])) > APART
+        far = np.abs(nearest_turn(self._locations - self.places[fits.best, 1], 0.0, TURN)) > APART
         misfit = fits.misfit.reshape(len(far), -1)
         return int(np.where(far[:, None], misfit, np.inf).argmin())
 

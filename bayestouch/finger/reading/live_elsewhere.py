@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.finger.reading.live_nodes import Nodes
-from bayestouch.finger.reading.modes import other_minima, within_half_turn
+from bayestouch.finger.reading.modes import other_minima
+from bayestouch.finger.reading.reader import TURN
 
 ELSEWHERE = "a distant location fits about as well"
 # What another place may change: the mean in sd, and the variance in shares of it. They are the errors of mean and sd
@@ -84,7 +86,7 @@ def left_out(known: Nodes, other: Nodes, tips: int) -> bool:
     top = max(known.log_mass.max(), other.log_mass[far].max())
     mass, more = np.exp(known.log_mass - top), np.exp(other.log_mass[far] - top)
     mean, variance = _moments(known.log_mass, known.mean[0], known.covariance[0])
-    off = within_half_turn(other.mean[0, far] - mean)
+    off = nearest_turn(other.mean[0, far] - mean, 0.0, TURN)
     both = float(mass.sum() + more.sum())
     moved = float(more @ off) / both
     wider = float(more @ (other.covariance[0, far] + off**2 - variance)) / both - moved**2

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IndexArray, IntArray
-from bayestouch.finger.reading.reader import FingerPosterior
+from bayestouch.data.arrays import nearest_turn
+from bayestouch.finger.reading.reader import TURN, FingerPosterior
 from bayestouch.sampling.laplace import damped_newton_steps
 
 #: One of the `matches`: w, locations (a,), rad, best load (t, a), misfit (t, a), squares of the strongest touch (t,).
@@ -178,16 +179,11 @@ def other_minima(
     low[:, 1:] &= falls
     low[:, :-1] &= ~falls
     row, k = np.nonzero(low)
-    off = np.abs(within_half_turn(angles[k] - mode[row]))
+    off = np.abs(nearest_turn(angles[k] - mode[row], 0.0, TURN))
     nearest = np.full(len(misfit), OWN)
     np.minimum.at(nearest, row, off)
     beside = off > nearest[row]
     return row[beside], k[beside]
-
-
-def within_half_turn(angle: FloatArray) -> FloatArray:
-    """Differences of locations (rad), within half a turn: both ends of the prior of a full ring are one location."""
-    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
 
 
 def moved_inside(posterior: FingerPosterior, place: FloatArray) -> FloatArray:
