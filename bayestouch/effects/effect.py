@@ -159,6 +159,8 @@ class Effect:
         Whether it changes the finger only in the strain of its elements under each Fourier mode of the pressure.
     adds_strain : bool
         Whether it changes the finger only by a strain that is added to that of the linear body.
+    contained_in : str
+        Name of an effect that can do the same and more: beside that effect it is not looked for. Empty if there is none.
     parameters : tuple of EffectParameter
         Amplitudes and shape parameters, in the order of the argument `values` of the methods.
     """
@@ -172,6 +174,7 @@ class Effect:
     mixes: ClassVar[bool] = True
     changes_strain: ClassVar[bool] = False
     adds_strain: ClassVar[bool] = False
+    contained_in: ClassVar[str] = ""
     parameters: tuple[EffectParameter, ...]
 
     @classmethod

@@ -148,7 +148,8 @@ class RestOffset(Effect):
     """Each element reads a constant without touch, which nobody subtracted: y + offset peak.
 
     The offset of element e is `own_e` times the peak of its reading. Where the tables have rows without touch, their
-    mean is subtracted and the effect is not looked for. On a pad, offsets are parameters of the base model.
+    mean is subtracted and the effect is not looked for; nor is it beside `baseline_drift`, which has a mean of its own.
+    On a pad, offsets are parameters of the base model.
 
     Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions (zero offset).
     """
@@ -159,6 +160,7 @@ class RestOffset(Effect):
     stage: ClassVar[Stage] = "readout"
     summary: ClassVar[str] = "readings that are not zero without touch"
     mixes: ClassVar[bool] = False
+    contained_in: ClassVar[str] = "baseline_drift"
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:

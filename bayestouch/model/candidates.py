@@ -55,7 +55,8 @@ class Candidate:
 def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidate, ...]:
     """Score of every effect that is not in the model and not a noise effect, in decreasing order of the gain."""
     scorer = Scorer(fitted.linear)
-    scored = (_scored(effect, fitted, scorer) for effect in effects if effect.name not in fitted.names)
+    left = (each for each in effects if not {each.name, each.contained_in} & set(fitted.names))
+    scored = (_scored(effect, fitted, scorer) for effect in left)
     return tuple(sorted((each for each in scored if each is not None), key=lambda each: -each.gain))
 
 

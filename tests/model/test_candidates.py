@@ -11,7 +11,8 @@ import pytest
 from scipy import stats
 
 from bayestouch.effects.effect import Effect, EffectParameter
-from bayestouch.effects.random import GainDrift
+from bayestouch.effects.random import BaselineDrift, GainDrift
+from bayestouch.effects.readout import RestOffset
 from bayestouch.model import candidates
 from bayestouch.model.base import Predicted
 from bayestouch.model.candidates import DRIFT_SIZES, best_size, score_effects, score_in_form
@@ -189,6 +190,18 @@ def test_gains_are_in_order() -> None:
     assert [each.effect.name for each in found] == ["power", "first"]
     # Signature 0.5 · (1, 2, 3), squares 3.5, slope 54.
     assert found[1].gain == pytest.approx(0.5 * 54**2 / 3.5 - 0.5 * np.log(3), rel=1e-6)
+
+
+def test_an_effect_that_another_one_contains_is_not_looked_for_beside_it() -> None:
+    class Contained(Power):
+        name, contained_in = "contained", "known"
+
+    class Free(Power):
+        name, contained_in = "free", "power"
+
+    found = score_effects(fitted([3.0, 12.0, 27.0]), (Contained(), Free()))
+    assert [each.effect.name for each in found] == ["free"]
+    assert RestOffset.contained_in == BaselineDrift.name
 
 
 class WithConstant(Power):
