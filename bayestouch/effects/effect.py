@@ -160,7 +160,7 @@ class Effect:
     adds_strain : bool
         Whether it changes the finger only by a strain that is added to that of the linear body.
     contained_in : str
-        Name of an effect that can do the same and more: beside that effect it is not looked for. Empty if there is none.
+        Name of an effect that can do the same and more: beside it this one is not looked for. Empty if there is none.
     parameters : tuple of EffectParameter
         Amplitudes and shape parameters, in the order of the argument `values` of the methods.
     """
