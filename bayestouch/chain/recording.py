@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,10 +19,13 @@ class History:
         Time of the last sample of the touch.
     readings : (h, m) array
         Mean reading of the touch; zero where missing.
+    missing_s : (s,) array
+        Time of the last sample of each touch that may be missing in the table; increasing.
     """
 
     end_s: FloatArray
     readings: FloatArray
+    missing_s: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def of(cls, touch: IntArray, time_s: FloatArray, readings: FloatArray) -> History:

@@ -11,6 +11,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.missing import MissingTouches
 from bayestouch.chain.recording import Recording
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior
 
@@ -197,6 +198,26 @@ class Effect:
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         """Readings (n, m) with the effect, from `recording.signal`, the readings before it."""
         return recording.signal
+
+    def unknown(
+        self, values: Values, read: FloatArray, when_s: FloatArray, missing: MissingTouches, peak: FloatArray
+    ) -> FloatArray:
+        """Mean square (t, m, m) of what touches that may be missing in a table leave in the readings of others.
+
+        Parameters
+        ----------
+        values : tuple of float
+            Values of the effect.
+        read : (t, m) array
+            Mean readings of the touches of the table; NaN missing.
+        when_s : (t,) array
+            Their times.
+        missing : MissingTouches
+            The touches that may be missing.
+        peak : (m,) array
+            As in `Recording`.
+        """
+        return np.zeros((*read.shape, read.shape[1]))
 
     def by_place(self, recording: Recording) -> FloatArray | None:
         """Basis (n, q) if row i depends on the q values only through ``basis[i] @ values``; None for other effects.

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.missing import MissingTouches
 from bayestouch.chain.recording import Recording
 from bayestouch.chain.smooth import SmoothBasis
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values, own_parameters
@@ -229,6 +230,12 @@ class Memory(Effect):
     readings, weighted with `own_e` and `strain_power`, over the peak. Where every touch has a rest reading of its own,
     the remainder is subtracted with it, and memory is not looked for.
 
+    A touch is read with the touches before it, and so best in its whole table. Touches that may be missing make its
+    standard deviations larger: those before the first touch of a table, and those whose numbers are missing between two
+    touches, if there was time for them. They count as touches like those of the calibration, at its pace. A long pause
+    without missing numbers is taken as a pause: where the sensor was touched and nothing was recorded, leave out a
+    number.
+
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra); A. R.
     Payne (1962), doi:10.1002/app.1962.070061906 (recovery of filled rubber).
     """
@@ -280,6 +287,24 @@ class Memory(Effect):
         # a reader asks with every touch: without a change of the gain its product is left out
         signal = recording.signal * (1 + of_gain * kept / recording.peak) if of_gain else recording.signal
         return np.asarray(signal + share * kept)
+
+    def unknown(
+        self, values: Values, read: FloatArray, when_s: FloatArray, missing: MissingTouches, peak: FloatArray
+    ) -> FloatArray:
+        """See `Effect.unknown`."""
+        share, time, breadth, *looser = values
+        of_gain = looser.pop() if looser and self.on_finger else 0.0
+        read = np.nan_to_num(read)
+        factor = share + of_gain * read / peak if of_gain else np.full(read.shape, share)
+        times = time * np.exp(breadth * SPECTRUM_NODES)
+        after_pause = max(float(SPECTRUM_WEIGHTS @ np.exp(-self.pause_s / times)), 1e-22)
+
+        def kept(passed_s: FloatArray) -> FloatArray:
+            return np.asarray(SPECTRUM_WEIGHTS @ np.exp(-passed_s / times[:, None]) / after_pause)
+
+        calibrated = missing.calibrated * _growth(missing.calibrated, peak, looser)
+        left = replace(missing, calibrated=calibrated).left(read, when_s, peak, kept)
+        return np.asarray(factor[:, :, None] * left * factor[:, None])
 
 
 def _of_strain(n_elements: int) -> tuple[EffectParameter, ...]:

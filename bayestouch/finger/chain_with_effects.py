@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.model.effect_list import EffectList
+from bayestouch.model.missing import left_by_missing
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.results.keys import EFFECT_PEAK
 from bayestouch.results.objects import Calibration
@@ -40,6 +41,8 @@ class ChainWithEffects:
         Empirical correction by element and location, if there is one.
     identified : EmpiricalCalibration or None
         E map that was identified with the effects, instead of that of the model.
+    calibrated : (n, m) array
+        Mean readings of the touches of the calibration; zero where missing.
     """
 
     model: FingerModel
@@ -49,6 +52,7 @@ class ChainWithEffects:
     values: Mapping[str, Values]
     correction_table: CorrectionTable | None = None
     identified: EmpiricalCalibration | None = None
+    calibrated: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
     def of(cls, calibration: Calibration) -> ChainWithEffects:
@@ -100,7 +104,15 @@ class ChainWithEffects:
             values,
             CorrectionTable.from_arrays(calibration.extra),
             identified,
+            np.nan_to_num(calibration.rows.observed),
         )
+
+    def left_by_missing(
+        self, read: FloatArray, when_s: FloatArray, missing_s: FloatArray, known_s: FloatArray
+    ) -> FloatArray:
+        """Mean square (t, m, m) of what touches that may be missing leave; see `bayestouch.model.missing`."""
+        effects = [(effect, self.values[effect.name]) for effect in self.model.effects]
+        return left_by_missing(effects, self.calibrated, self.model.peak, read, when_s, missing_s, known_s)
 
     def static(self) -> FingerModel:
         """The model with only those effects that are equal in all samples of a touch."""

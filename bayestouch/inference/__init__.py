@@ -61,7 +61,8 @@ def infer(
     ----------
     touches : Touches, str or Path
         The touches, or the path of their file, which is read piece by piece. Reference locations and radii are copied
-        to the result but not used.
+        to the result but not used. If the calibration has `memory` or a drift, give the whole table: a touch is read
+        with the touches before it, and without them its standard deviations are larger.
     calibration : Calibration
         The calibrated sensor.
     indenter : IndenterPrior, optional

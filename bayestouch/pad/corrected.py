@@ -17,10 +17,12 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import History, Recording
+from bayestouch.data.grouping import beginnings, groups
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values, places_of_values
 from bayestouch.model.effect_list import EffectList
+from bayestouch.model.missing import left_by_missing, missing_in
 from bayestouch.model.observations import history_of
 from bayestouch.model.outliers import RightReadings, without_wrong
 from bayestouch.model.timing import Timing
@@ -67,6 +69,8 @@ class PadEffects:
         noise are left out.
     by_effects : NoiseByEffects, optional
         What effects of the noise add to the noise of the calibration; None if they add nothing, or if it has them.
+    calibrated : (n, m) array, optional
+        Mean readings of the touches of the calibration, with which touches are read; zero where missing.
     """
 
     listed: EffectList
@@ -77,6 +81,7 @@ class PadEffects:
     root: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     sd: FloatArray | None = None
     by_effects: NoiseByEffects | None = None
+    calibrated: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     def noise(self, noise: Noise) -> Noise:
         """The noise of readings, from that of the calibration."""
@@ -173,6 +178,22 @@ class PadEffects:
         load = touches.load.copy()
         load[rows] = self.acting(load[rows])
         return touches.with_(readings=readings, load=load, readings_sd=None)
+
+    def left_by_missing(
+        self, read: FloatArray, when_s: FloatArray, missing_s: FloatArray, known_s: FloatArray
+    ) -> FloatArray:
+        """Mean square (t, m, m) of what touches that may be missing leave; see `bayestouch.model.missing`."""
+        effects = [(effect, self.values[effect.name]) for effect in self.listed.plain]
+        return left_by_missing(effects, self.calibrated, self.peak, read, when_s, missing_s, known_s)
+
+    def left_by_missing_of(self, table: Touches, read: FloatArray) -> FloatArray:
+        """`left_by_missing` for the touches of a table, with their mean readings (t, m)."""
+        clock, rows = self.clock(table), np.flatnonzero(table.in_contact)
+        _, group = groups(table.touch[rows])
+        pressed = np.ones(len(rows), dtype=bool)
+        begin_s, end_s = (sign * beginnings(sign * clock.time_s[rows], pressed, group, len(read)) for sign in (1, -1))
+        missing_s = missing_in(table, clock, self.listed.plain, self.listed.setting, len(self.calibrated))
+        return self.left_by_missing(read, begin_s, missing_s, end_s)
 
     def without_wrong(self, corrected: Touches) -> Touches:
         """A corrected table without the readings that are probably wrong by an effect of the noise."""
@@ -329,6 +350,7 @@ class PadEffects:
             root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
             sd=np.asarray(calibration.noise.tactile_sd, dtype=np.float64),
             by_effects=NoiseByEffects(listed.noise, peak, zero) if apart else None,
+            calibrated=np.nan_to_num(calibration.rows.observed),
         )
 
 

@@ -41,11 +41,15 @@ class CorrectedMeans(TouchMeans):
     changes : (t, q, m + 1) array or None
         Change of the corrected readings; last, the change of the corrected load minus that of the acting load at the
         same true load. None if the values of the effects count as exact.
+    by_missing : (t, k, m) array
+        Change of the corrected readings by one standard deviation of each of k errors, independent in each touch, due
+        to touches that may be missing in the table; k is 0 if no effect remembers touches.
     few : FewSamples or None
         Samples that are too few to say which are outliers, of all touches that were averaged together.
     """
 
     load_as_read: FloatArray
+    by_missing: FloatArray
     changes: FloatArray | None = None
     few: FewSamples | None = None
 
@@ -88,7 +92,12 @@ def corrected_means(
         right = effects.right if effects.by_effects is not None else replace(effects.right, added=AddedNoise())
         few = FewSamples.of(doubtful, effects.values[Outliers.name], right)
     of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
-    out = CorrectedMeans(**of_means, load_as_read=pad_readings(touches, dimensions, samples).load, few=few)
+    out = CorrectedMeans(
+        **of_means,
+        load_as_read=pad_readings(touches, dimensions, samples).load,
+        by_missing=roots_of(effects.left_by_missing_of(corrected, means.readings)),
+        few=few,
+    )
     if exact:
         return out
 
@@ -101,6 +110,14 @@ def corrected_means(
     of_load = changes_of_load(effects, np.nan_to_num(means.load, nan=effects.reference_load))
     changes[:, :, -1] -= np.where(np.isnan(means.load), 0.0, of_load)
     return replace(out, changes=changes.swapaxes(0, 1))
+
+
+def roots_of(square: FloatArray) -> FloatArray:
+    """Columns (t, k, m) whose products sum to covariances (t, m, m); k is 0 if all of these are zero."""
+    if not square.any():
+        return np.zeros((len(square), 0, square.shape[-1]))
+    size, direction = np.linalg.eigh(square)
+    return np.asarray((direction * np.sqrt(np.maximum(size, 0.0))[:, None]).swapaxes(1, 2))
 
 
 def changes_of_load(effects: PadEffects, acting: FloatArray) -> FloatArray:

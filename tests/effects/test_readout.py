@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bayestouch.chain.missing import MissingTouches
 from bayestouch.chain.recording import History, Recording
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.listing import FINGER, PAD
@@ -47,6 +48,21 @@ def test_signal_of_one_element_does_not_reach_the_others(effect: Effect, values:
     assert first[0] == second[0] != 2.0
     assert first[1] != second[1]
     assert not effect.mixes
+
+
+def test_what_missing_touches_leave() -> None:
+    """Of one missing touch, which ended a pause ago: the share of it, and the gain that it changes."""
+    memory, peak = Memory((), 3.0), np.array([4.0, 5.0])
+    missing = MissingTouches(np.array([7.0]), np.zeros(0), np.array([[3.0, 2.0], [1.0, 0.0]]))
+    found = memory.unknown(
+        (0.1, 4.0, 0.0, 0.0, 0.0, 0.0, 0.3), np.array([[2.0, np.nan]]), np.array([10.0]), missing, peak
+    )
+    # Squared correlations with the two touches of the calibration; one more touch may be like either.
+    like = np.array([9 / 16 / (9 / 16 + 4 / 25), 1.0]) + 1 / 2
+    square = like[0] * np.outer([1.0, 0.0], [1.0, 0.0]) + like[1] * np.outer([3.0, 2.0], [3.0, 2.0])
+    share = np.array([0.1 + 0.3 * 2.0 / 4.0, 0.1])
+    np.testing.assert_allclose(found, [np.outer(share, share) * square / like.sum()])
+    assert not Creep(()).unknown((0.3, 1.5), np.ones((1, 2)), np.array([10.0]), missing, peak).any()
 
 
 def test_an_offset_is_looked_for_on_fingers_without_rest_readings_alone() -> None:

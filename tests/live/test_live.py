@@ -55,6 +55,44 @@ def test_a_finger_with_an_effect_as_by_emcee(effect: str, size: float) -> None:
     assert np.mean((mean < MEAN) & (sd < SD)) >= 0.99
 
 
+def test_touches_before_a_stream_are_unknown_but_not_absent() -> None:
+    """Touches that are read one by one, of a finger with memory: their locations were several sd off.
+
+    `infer` knows as little of the touches before, so that both say the same.
+    """
+    data, calibration = sensor("finger", (("memory", 0.03),), ("memory",))
+    touches, reader = data.touches, Reader(calibration)
+    alone = [touches.select(touches.touch == number) for number in np.unique(touches.touch)[2:40:2]]
+    live = []
+    for one in alone:
+        reader.restart()
+        live += streamed(reader, one)
+    places = [0.0 if one.angle_deg is None else float(one.angle_deg[0]) for one in alone]
+    off = [(each["theta_c"][0] - place) / each["theta_c"][1] for each, place in zip(live, places, strict=True)]
+    assert 0.4 < np.sqrt(np.mean(np.square(off))) < 1.4
+    assert sum(not each.flags for each in live) >= 16
+    mean, sd = apart(live[:1], *drawn(alone[0], calibration))
+    assert mean < MEAN and sd < SD
+
+
+def test_touches_before_a_stream_on_a_pad_are_unknown_but_not_absent() -> None:
+    """Of a pad with memory, the locations of touches that are read one by one were 10 sd off."""
+    data, calibration = sensor("line", (("memory", 0.1),), ("memory",))
+    touches, reader, off, last = data.touches, Reader(calibration, plug_in=True), [], []
+    for number in np.unique(touches.touch)[2:40:3]:
+        reader.restart()
+        one = touches.select(touches.touch == number)
+        assert one.x_mm is not None
+        mean, sd = streamed(reader, one)[0]["x"]
+        off.append((mean - one.x_mm[0]) / sd)
+        last.append((one, mean, sd))
+    assert 0.4 < np.sqrt(np.mean(np.square(off))) < 1.4
+    one, mean, sd = last[0]
+    read = bayestouch.infer(one, calibration, plug_in=True, draws=2048, workers=1)
+    assert abs(read.mean("x")[0] - mean) < 0.1 * sd
+    assert read.sd("x")[0] == pytest.approx(sd, rel=0.1)
+
+
 def asked(data: bayestouch.DataSet, chain: Any, touch: tuple[np.ndarray, ...], reads: int) -> bayestouch.Touches:
     """Touches (R in mm, θ_c in rad, P in N/m) without noise, with `reads` samples each."""
     readings, rows = chain(*touch), np.repeat(np.arange(len(touch[0])), reads)

@@ -43,7 +43,7 @@ class EffectContext:
     scale, shift : (t, m) arrays
         Factor and addition of the effects that depend on time.
     extra : (t, m, m) array
-        Covariance of the readings due to the uncertainty of drifts.
+        Covariance of the readings due to the uncertainty of drifts, and due to touches that may be missing.
     counts : (t, m) array
         Number of raw readings in each mean; 0 where missing.
     slopes : (q, 2, t, m) array

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.missing import REMEMBERED, ends_before
 from bayestouch.chain.recording import History, Recording
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence
@@ -16,9 +17,6 @@ from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_drift import DriftFilter
 from bayestouch.finger.reading.true_load import TrueLoads, changes_load, true_loads
 from bayestouch.reading.live import HeldTouch, require_seconds
-
-# Number of earlier touches whose influence on the present one is computed.
-REMEMBERED = 24
 
 
 def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: bool) -> EffectContext:
@@ -97,6 +95,7 @@ class FingerStream:
     _counts: FloatArray
     _sums: FloatArray
     _history: History | None
+    _missing_s: FloatArray = np.zeros(0)
 
     def __init__(self, effects_chain: ChainWithEffects, *, exact: bool) -> None:
         chain = effects_chain
@@ -124,6 +123,10 @@ class FingerStream:
         if self._earlier:
             end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
             self._history = History(end, readings)
+        if not len(self._earlier):
+            # Before the first touch of a stream there may have been as many as in the calibration.
+            setting, before = self.effects_chain.listed.setting, len(self.effects_chain.calibrated)
+            self._missing_s = ends_before(time_s, before, setting.gap_s, setting.hold_s)
 
     def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
         """The touch with one more sample: mean `values` (m,) of `reads` raw readings, load (N/m) and time (s)."""
@@ -141,6 +144,8 @@ class FingerStream:
         if len(self.rows):
             mean = self._total / np.maximum(self._counts, 1e-300)
             self._earlier = [*self._earlier, (self._last, mean)][-REMEMBERED:]
+            if len(self._earlier) == REMEMBERED:
+                self._missing_s = np.zeros(0)
         if self.drifts is not None and self.found is not None:
             precision, information = _evidence(self.found, self.effects_chain).about_addition()
             now = self.drifts.at(self._times / self._weight)
@@ -152,6 +157,8 @@ class FingerStream:
         if not len(self.rows):
             return self._blank if self._weight == 1 else self._with_reads()
         mean = self._sums / self._weight
+        read, when = (self._total / np.maximum(self._counts, 1e-300))[None], np.array([self._times / self._weight])
+        known = np.array([end for end, _ in self._earlier])
         slopes = [(up - down) / width for up, down, width in zip(mean[1::2], mean[2::2], self._widths, strict=True)]
         m = self.effects_chain.model.n_elements
         return replace(
@@ -159,6 +166,7 @@ class FingerStream:
             scale=mean[0, :1],
             shift=mean[0, 1:],
             slopes=np.array(slopes).reshape(-1, 2, 1, m),
+            extra=self.effects_chain.left_by_missing(read, when, self._missing_s, known),
         )
 
     def with_true_load(self, one: OneTouch, angle: float) -> OneTouch:
@@ -216,7 +224,7 @@ class FingerStream:
             Signals before the effects that depend on time.
         """
         chain, m = self.effects_chain, len(signal)
-        total = chain.listed.noise.covariance(signal[None], chain.model.peak, context.counts)[0]
+        total = context.extra[0] + chain.listed.noise.covariance(signal[None], chain.model.peak, context.counts)[0]
         if columns is None:
             return np.asarray(total)
         scale = context.scale[0]

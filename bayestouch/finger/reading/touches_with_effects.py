@@ -32,6 +32,7 @@ from bayestouch.finger.reading.reader import (
 from bayestouch.finger.reading.true_load import changes_load, true_loads
 from bayestouch.model.few_samples import FewSamples, doubtful_samples
 from bayestouch.model.fitting import drift_basis, spread_over_elements
+from bayestouch.model.missing import missing_in
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.outliers import RightReadings, without_wrong
 from bayestouch.model.timing import Timing
@@ -50,7 +51,9 @@ def observe(
     timing = Timing.in_unit(corrected, effects_chain.listed.setting.time_unit)
     right = RightReadings(noise.tactile_sd, effects_chain.model.peak, effects_chain.listed.noise)
     table, doubtful = _without_wrong(corrected, effects_chain, right, timing)
-    history = history_of(table, timing.time_s)
+    setting, n_calibrated = effects_chain.listed.setting, len(effects_chain.calibrated)
+    missing_s = missing_in(table, timing, effects_chain.model.effects, setting, n_calibrated)
+    history = replace(history_of(table, timing.time_s), missing_s=missing_s)
     if each_sample:
         rows = {"touch": np.arange(table.n_rows), "sample": np.zeros(table.n_rows, dtype=np.int64)}
         table, doubtful = table.with_(**rows), doubtful.with_(**rows)
@@ -107,12 +110,14 @@ def prepare(
     noise = sampler.noise
     signal = timed_signal(effects_chain, observed)
     scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector, signal)
-    t, m = scale.shape
+    unknown = effects_chain.left_by_missing(
+        readings.readings, observed.touch_time_s, observed.history.missing_s, observed.history.end_s
+    )
     context = EffectContext(
         effects_chain=effects_chain,
         scale=scale,
         shift=shift,
-        extra=np.zeros((t, m, m)),
+        extra=unknown,
         counts=readings.counts,
         slopes=timed_slopes(effects_chain, observed, signal),
         exact=plug_in,
@@ -141,13 +146,15 @@ def prepare(
             current = current.with_loads(loads, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
             readings = replace(readings, load=loads.load, load_sd=loads.sd, context=current)
         if effects_chain.listed.drifts:
-            without = replace(current, scale=scale, shift=shift, extra=np.zeros((t, m, m)))
+            without = replace(current, scale=scale, shift=shift, extra=unknown)
             evidence = _evidence(replace(posterior, touches=replace(readings, context=without)), mode, noise)
             signal = _predicted(posterior, mode, without)
             columns = _columns(effects_chain, observed, signal)
             precision, information = evidence.about_addition()
             mean, spread = drift_of_others(columns, precision, information)
-            readings = replace(readings, context=replace(current, scale=scale, shift=shift + mean, extra=spread))
+            readings = replace(
+                readings, context=replace(current, scale=scale, shift=shift + mean, extra=unknown + spread)
+            )
     return readings
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -89,6 +89,8 @@ class PadLive:
         """Posterior of a touch, and its rough form for the next sample; `near` is that of the sample before."""
         reader = self.reader.sampler.reader
         one = OnePadTouch.of(reader, touch)
+        if stream is not None:
+            one = replace(one, by_noise=np.concatenate([one.by_noise, stream.by_missing(touch.readings)]))
         # The first samples of a touch may fit at several places; later ones decide.
         rough = near
         if not rough or rough.elsewhere > ELSEWHERE:

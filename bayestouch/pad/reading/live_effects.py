@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.missing import REMEMBERED, ends_before
 from bayestouch.chain.recording import History
 from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.effect_changes import roots_of
 from bayestouch.reading.live import HeldTouch, require_seconds
-
-# Number of earlier touches whose remainders are included.
-REMEMBERED = 24
 
 
 class PadStream:
@@ -33,12 +32,17 @@ class PadStream:
             require_seconds(effects.listed.setting.time_unit)
         self._earlier: list[tuple[float, FloatArray]] = []
         self._history: History | None = None
+        self._missing_s: FloatArray = np.zeros(0)
         self._began = self._last = 0.0
         self._raw: HeldTouch | None = None
 
     def begin(self, time_s: float) -> None:
         """Start a touch at this time (s)."""
         self._began, self._raw = time_s, None
+        if self.effects is not None and self.needs_time and not self._earlier:
+            # Before the first touch of a stream there may have been as many as in the calibration.
+            setting, before = self.effects.listed.setting, len(self.effects.calibrated)
+            self._missing_s = ends_before(time_s, before, setting.gap_s, setting.hold_s)
         if self._earlier:
             end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
             self._history = History(end, readings)
@@ -55,7 +59,17 @@ class PadStream:
             held = replace(HeldTouch.none(len(values), held.rest_reads), samples=held.samples)
         return held.after(values, load, reads)
 
+    def by_missing(self, read: FloatArray) -> FloatArray:
+        """As `CorrectedMeans.by_missing` for the present touch, (k, m), from its mean readings (m,)."""
+        if self.effects is None:
+            return np.zeros((0, len(read)))
+        known = np.array([end for end, _ in self._earlier])
+        square = self.effects.left_by_missing(read[None], np.array([self._began]), self._missing_s, known)
+        return np.asarray(roots_of(square)[0])
+
     def end(self) -> None:
         """End the touch: its remainder changes the readings of later touches."""
         if self.needs_time and self._raw is not None:
             self._earlier = [*self._earlier, (self._last, self._raw.readings)][-REMEMBERED:]
+            if len(self._earlier) == REMEMBERED:
+                self._missing_s = np.zeros(0)

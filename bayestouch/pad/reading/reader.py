@@ -46,8 +46,8 @@ class PadTouches:
         `bayestouch.pad.effect_changes.CorrectedMeans`; q is 0 where only the map has errors that elements share. None
         if errors of the calibration that elements share are left out.
     by_noise : (t, k, m) array, optional
-        Change of the readings by one standard deviation of each of k errors of the noise that elements share. None
-        without such errors, or if they are left out.
+        Change of the readings by one standard deviation of each of k errors that elements share: of the noise, and due
+        to touches that may be missing in the table. None without such errors, or if they are left out.
     """
 
     readings: FloatArray
@@ -193,7 +193,9 @@ class PadReader:
         elif self.map.n_shared:
             changes = np.zeros((len(here), 0, self.map.n_elements + 1))
         counts = np.where(self.usable, readings.counts, 0)
-        by_noise = self.noise.shared_errors(counts)
+        by_noise = np.moveaxis(self.noise.shared_errors(counts), 0, 1)
+        if isinstance(readings, CorrectedMeans):
+            by_noise = np.concatenate([by_noise, readings.by_missing], axis=1)
         return PadTouches(
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=counts,
@@ -201,7 +203,7 @@ class PadReader:
             load_sd=np.where(here, self.measured_load_sd(readings.load, readings.reads_of_load), self.load_sd),
             load_scatter=self.noise.load_scatter,
             changes=changes,
-            by_noise=np.moveaxis(by_noise, 0, 1) if len(by_noise) else None,
+            by_noise=by_noise if by_noise.shape[1] else None,
         )
 
     def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:

@@ -157,12 +157,18 @@ def test_drifts_are_looked_for_only_where_there_are_any(
     for name, stub in stubs.items():
         monkeypatch.setattr(module, name, stub)
     readings = TouchReadings(one, np.full((2, 2), 4), np.array([20.0, 30.0]), np.ones(2))
-    chain: Any = SimpleNamespace(vector=None, listed=SimpleNamespace(drifts=drifts))
+    left = np.full((2, 2, 2), 3.0)
+    chain: Any = SimpleNamespace(
+        vector=None, listed=SimpleNamespace(drifts=drifts), left_by_missing=lambda *given: left
+    )
     sampler: Any = SimpleNamespace(noise=None, chain=None, search=None, table=None)
-    observed, later = cast(Any, None), np.full(2, np.inf)
+    history = SimpleNamespace(missing_s=None, end_s=None)
+    observed, later = cast(Any, SimpleNamespace(touch_time_s=None, history=history)), np.full(2, np.inf)
     found = module.prepare(readings, observed, chain, sampler, time_s=later, plug_in=True)
     assert isinstance(found.context, EffectContext)
     np.testing.assert_array_equal(found.context.shift, np.full((2, 2), shift))
+    # What touches that may be missing leave is as uncertain with drifts as without.
+    np.testing.assert_array_equal(found.context.extra, left)
     np.testing.assert_array_equal(found.load, [21.0, 31.0])
 
 
