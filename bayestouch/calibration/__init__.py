@@ -130,9 +130,13 @@ def calibrate(
     if discrepancy == "none" and "discrepancy_sd" in (priors or {}):
         raise InputError('prior of discrepancy_sd: discrepancy "none" has no such parameter')
     chosen = chosen_groups(groups) or None
-    if not isinstance(like, Calibration | str | Path | Sequence):
+    one = Calibration | str | Path
+    if not isinstance(like, one | Sequence):
         raise not_a("a calibration, its path, or a list of these", like, "bayestouch.load reads a calibration")
-    earlier = (like,) if isinstance(like, Calibration | str | Path) else tuple(like)
+    earlier = (like,) if isinstance(like, one) else tuple(like)
+    for each in earlier:
+        if not isinstance(each, one):
+            raise not_a("a list of calibrations or their paths", each, "bayestouch.load reads a calibration")
     given = {
         "contact": contact,
         "e_map": e_map,

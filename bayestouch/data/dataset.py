@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from bayestouch.data.copies import notes_on_copies
-from bayestouch.data.files import write_together
+from bayestouch.data.files import path_of, write_together
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.sensor_toml import read_sensor, sensor_writer
 from bayestouch.data.touch_columns import check_in_memory
@@ -151,7 +151,7 @@ def load_dataset(path: str | Path) -> DataSet:
         ...
     bayestouch.errors.InputError: your-finger: no such folder
     """
-    folder = Path(path)
+    folder = path_of(path)
     try:
         there = folder.exists()
     except OSError as error:
@@ -216,7 +216,7 @@ def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "par
     require_dataset(dataset)
     if format not in _FORMATS:
         raise InputError(f"expected the format csv or parquet, got {format!r}")
-    folder = Path(path)
+    folder = path_of(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, shown
 
 
 @contextmanager
@@ -43,15 +43,29 @@ def replacing(path: str | Path) -> Iterator[Path]:
             temporary.unlink()
 
 
+def path_of(path: str | Path) -> Path:
+    """Return the path; anything else than a text or a path raises an error.
+
+    Raises
+    ------
+    InputError
+        It is neither.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"expected a path, got {shown(path)}")
+    return Path(path)
+
+
 def file_to_write(path: str | Path) -> Path:
     """Return the path of the file that is written under this name: that to which a symbolic link leads.
 
     Raises
     ------
     InputError
-        What is there is no regular file: a folder, a pipe or a device, which a new file would replace.
+        It is no path, or what is there is no regular file: a folder, a pipe or a device, which a new file would
+        replace.
     """
-    target = Path(path)
+    target = path_of(path)
     try:
         if target.is_symlink():
             target = Path(os.path.realpath(target))
@@ -80,7 +94,7 @@ def check_writable(path: str | Path) -> None:
     InputError
         It cannot be written.
     """
-    target = Path(path)
+    target = path_of(path)
     try:
         target.exists()  # raises an error for a name that is too long
         whole = target.absolute()
@@ -144,7 +158,7 @@ def reading(path: str | Path) -> Iterator[Path]:
     InputError
         `path` is missing, is not a regular file, or may not be read.
     """
-    file = Path(path)
+    file = path_of(path)
     try:
         # Checked first, because opening a pipe would never return.
         if not file.exists():

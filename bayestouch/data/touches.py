@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
 from bayestouch.data.arrays import float_array, read_only, responding, text_rows, whole_array
-from bayestouch.errors import InputError, few, unknown_name
+from bayestouch.errors import InputError, few, shown, unknown_name
 from bayestouch.output.summary import Summarised, size_in_short, span
 from bayestouch.output.text import plural
 
@@ -114,6 +114,8 @@ class Touches(Summarised):
         for name in ("readings_sd", "rest_reads"):
             if getattr(self, name) is not None:
                 put(name, float_array(getattr(self, name), name, (n, m)))
+        if not isinstance(self.extra, Mapping):
+            raise InputError(f"extra: expected columns by their names, got {shown(self.extra)}")
         put("extra", {name: text_rows(values, name, n) for name, values in self.extra.items()})
         put("notes", tuple(self.notes))
 
@@ -148,6 +150,8 @@ class Touches(Summarised):
         index = rows if isinstance(rows, slice) else np.asarray(rows)
         if not isinstance(index, slice) and index.size == 0 and index.dtype != np.bool_:
             index = index.astype(np.int64)  # an empty list becomes an array of floats
+        if not isinstance(index, slice) and (index.ndim != 1 or index.dtype.kind not in "biu"):
+            raise InputError(f"expected a mask of the rows, their indices or a slice, got {shown(rows)}")
         if not isinstance(index, slice) and index.dtype == np.bool_ and index.shape != (self.n_rows,):
             raise InputError(f"expected a mask of {self.n_rows} rows, got shape {index.shape}")
         changes: dict[str, Any] = {"extra": {name: read_only(values[index]) for name, values in self.extra.items()}}

@@ -19,7 +19,7 @@ from bayestouch.live.files import load_setup, save_setup
 from bayestouch.model.body import body_of
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import plural
-from bayestouch.priors.indenters import IndenterPrior
+from bayestouch.priors.indenters import IndenterPrior, is_indenter_prior
 from bayestouch.reading.live import HeldTouch, LiveBody, LiveTouch
 from bayestouch.reading.options import Options
 from bayestouch.results.keys import effect_names
@@ -94,7 +94,7 @@ class Reader(Summarised):
     ) -> None:
         if not isinstance(calibration, Calibration):
             raise InputError(f"calibration: expected a calibrated sensor, got {shown(calibration)}")
-        if indenter is not None and not isinstance(indenter, IndenterPrior):
+        if indenter is not None and not is_indenter_prior(indenter):
             got = shown(indenter)
             raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {got}")
         options = Options(indenter=indenter, plug_in=plug_in, use_load=use_load, check_sensor=False)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.errors import InputError, few, number_array, shown
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import plural
@@ -110,7 +110,7 @@ class LogDensity(Summarised):
         return self._at(x, likelihood)
 
     def touch_log_likelihood(self, x: ArrayLike) -> FloatArray:
-        """Log likelihood of the mean readings of each touch, (n, t), or (t,) for one point.
+        """Log likelihood of the mean readings of each touch, (n, t), or (t,) for one point; ``-inf`` out of bounds.
 
         Raises
         ------
@@ -121,7 +121,17 @@ class LogDensity(Summarised):
             raise InputError(
                 "drifts, corrections or an empirical map tie the touches together: they have no likelihood each"
             )
-        return self._at(x, self.touches)
+        touches = self.touches
+
+        def likelihood(points: FloatArray) -> FloatArray:
+            # The start is inside: without points there is nothing else that tells the number of touches.
+            inside = self._inside(points)
+            found = touches(points[inside] if inside.any() else self.start[None])
+            out = np.full((len(points), found.shape[1]), -np.inf)
+            out[inside] = found[: inside.sum()]
+            return out
+
+        return self._at(x, likelihood)
 
     def to_parameters(self, x: ArrayLike) -> dict[str, FloatArray]:
         """Parameters by name, as in `Calibration.posterior`: (n,) or (n, m), or () and (m,) for one point."""
@@ -135,12 +145,17 @@ class LogDensity(Summarised):
         Raises
         ------
         InputError
-            A parameter is missing.
+            A parameter is missing, or has another shape: chains are to be joined.
         """
         if not isinstance(values, Mapping):
             raise InputError(f"expected parameters by name, got {shown(values)}")
         needed = self.values(self.start[None])
         given = {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
+        for name in (each for each in needed if each in given):
+            shape = needed[name].shape[1:]
+            if given[name].shape not in (shape, (*given[name].shape[:1], *shape)):
+                expected = str(("n", *shape)).replace("'", "")
+                raise InputError(f"{name}: expected values of n points {expected}, got shape {given[name].shape}")
         single = all(given[name].ndim < needed[name].ndim for name in given.keys() & needed.keys())
         try:
             points = self.coordinates({name: value[None] if single else value for name, value in given.items()})
@@ -158,9 +173,12 @@ class LogDensity(Summarised):
             raise InputError(f"expected points (n, {self.dimension}), got {np.shape(x)}")
         return points
 
-    def _bounded_prior(self, points: FloatArray) -> FloatArray:
+    def _inside(self, points: FloatArray) -> BoolArray:
+        """Whether points (n, d) are inside the bounds."""
         low, high = self.bounds
-        inside = ((points > low) & (points < high)).all(axis=1)
-        out = np.full(len(points), -np.inf)
+        return np.asarray(((points > low) & (points < high)).all(axis=1))
+
+    def _bounded_prior(self, points: FloatArray) -> FloatArray:
+        inside, out = self._inside(points), np.full(len(points), -np.inf)
         out[inside] = self.prior(points[inside])
         return out

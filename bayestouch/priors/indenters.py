@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from bayestouch.errors import InputError, number_array
+from bayestouch.errors import InputError, number_array, shown
 from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.priors.radius import QUANTITIES, DerivedRadius, Quantity, RadiusOfTips
@@ -25,6 +25,11 @@ class IndenterPrior(Protocol):
     def radius_prior(self, outer_radius_mm: float) -> Prior:
         """Return the prior of R in mm on a finger of outer radius ``r_b``."""
         ...
+
+
+def is_indenter_prior(value: object) -> bool:
+    """Return whether this is a prior over indenters, and not the class of one."""
+    return isinstance(value, IndenterPrior) and not isinstance(value, type)
 
 
 @dataclass(frozen=True, repr=False)
@@ -115,8 +120,9 @@ class IndenterDistribution(Summarised):
     def __post_init__(self) -> None:
         if self.quantity not in QUANTITIES:
             raise InputError(f"indenter: expected a prior of one of {', '.join(QUANTITIES)}, got {self.quantity!r}")
-        if not all(hasattr(self.prior, name) for name in ("support", "log_density", "quantile")):
-            raise InputError(f"indenter: expected a prior such as LogNormal(2.0, 0.5), got {self.prior!r}")
+        methods = ("support", "log_density", "quantile")
+        if isinstance(self.prior, type) or not all(hasattr(self.prior, name) for name in methods):
+            raise InputError(f"indenter: expected a prior such as LogNormal(2.0, 0.5), got {shown(self.prior)}")
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
         """Return the density transformed to R."""
@@ -213,8 +219,8 @@ class EdgeOrRound(Summarised):
             raise InputError(
                 f"indenter: expected a probability of the edge inside 0 and 1, got {self.edge_probability:g}"
             )
-        if not isinstance(self.round, IndenterPrior) or isinstance(self.round, KnownTips | EdgeOrRound):
-            raise InputError(f"indenter: expected a density of round indenters, got {self.round!r}")
+        if not is_indenter_prior(self.round) or isinstance(self.round, KnownTips | EdgeOrRound):
+            raise InputError(f"indenter: expected a density of round indenters, got {shown(self.round)}")
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
         """Return the prior with a point mass at R = 0 and the density of round indenters."""

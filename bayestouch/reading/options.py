@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.errors import InputError, nearest, require_whole, shown
-from bayestouch.priors.indenters import IndenterPrior
+from bayestouch.priors.indenters import IndenterPrior, is_indenter_prior
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import chosen_groups
 
@@ -98,7 +98,7 @@ class Options:
         chosen_groups(self.groups)
         if self.groups and self.kept.summary_only:
             raise InputError("groups: these groups hold a number for each draw, and with summary_only no draw is kept")
-        if self.indenter is not None and not isinstance(self.indenter, IndenterPrior):
+        if self.indenter is not None and not is_indenter_prior(self.indenter):
             got = shown(self.indenter)
             raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {got}")
         m = calibration.sensor.n_elements

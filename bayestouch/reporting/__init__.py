@@ -161,6 +161,7 @@ def report(
     (45, 4)
     """
     from bayestouch.data.dataset import require_dataset
+    from bayestouch.data.files import path_of
     from bayestouch.output.files import new_folder
     from bayestouch.reporting.gather import GATHERED, gather
     from bayestouch.reporting.writing import write_report
@@ -168,7 +169,7 @@ def report(
     require_progress(progress)
     if dataset is not None:
         require_dataset(dataset)
-    output = Path(output)
+    output = path_of(output)
     wanted = diagnosis if isinstance(diagnosis, bool) else Path(diagnosis)
     with new_folder(output) as folder:
         evidence = gather(

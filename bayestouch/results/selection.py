@@ -82,8 +82,9 @@ def positions_with(rows: TouchRows, wanted: Mapping[str, Wanted | None]) -> IntA
             raise InputError(f"{name}: touches of this sensor are chosen by {', '.join(known)}")
         if isinstance(value, slice) and value.step is not None:
             raise InputError(f"{name}: a slice of touches has no step, got {value.step}")
-        if not isinstance(value, slice):
-            number_array(name, value, 0, 1)
+        for each in (value.start, value.stop) if isinstance(value, slice) else (value,):
+            if each is not None:
+                number_array(name, each, *((0,) if isinstance(value, slice) else (0, 1)))
         this = _meets(known[name], value, turn="theta_c" in rows.location and name == "place")
         if not this.any():
             raise InputError(f"{name}: no touch has {_in_words(value)}; {_there_are(known[name])}")
@@ -111,6 +112,10 @@ def _meets(values: FloatArray | IntArray, wanted: Wanted, *, turn: bool) -> NDAr
         high = np.inf if wanted.stop is None else wanted.stop
         if turn and np.isfinite(low) and np.isfinite(high):
             return np.asarray((values - low + _ROUNDING) % 360 <= high - low + 2 * _ROUNDING)
+        end = high if np.isinf(low) else low
+        if turn and 180 < np.abs(end) < np.inf:
+            # Angles from 0 to 360, or down to -360, as the one end that is given.
+            values = nearest_turn(np.asarray(values, dtype=np.float64), float(np.copysign(180, end)))
         return np.asarray((values >= low - _ROUNDING) & (values <= high + _ROUNDING))
     each = np.atleast_1d(np.asarray(wanted, dtype=np.float64))
     near = np.asarray(values[:, None], dtype=np.float64)

@@ -47,3 +47,11 @@ def test_one_earlier_calibration_needs_no_list(
     with pytest.raises(bayestouch.InputError, match="seen"):
         bayestouch.calibrate(dataset(known_touches(2)), like=given, draws=8)
     assert seen == [calibration] if like == "itself" else [str(each) for each in seen] == ["earlier.nc"]
+
+
+def test_what_is_no_calibration_is_refused() -> None:
+    with pytest.raises(bayestouch.InputError) as error:
+        bayestouch.calibrate(dataset(known_touches(2)), like=[3], draws=8)  # type: ignore[list-item]
+    assert str(error.value) == (
+        "expected a list of calibrations or their paths, got int; bayestouch.load reads a calibration"
+    )

@@ -82,6 +82,10 @@ def test_it_is_zero_outside_the_bounds(density: LogDensity) -> None:
         points[np.arange(len(there)), there] = end[there] + step * 1e-6
         for log in (density, density.log_prior, density.log_likelihood):
             assert np.all(np.isneginf(log(points)))
+        assert np.all(np.isneginf(density.touch_log_likelihood(points)))
+        both = density.touch_log_likelihood(np.stack([points[0], density.start]))
+        np.testing.assert_array_equal(both[1], density.touch_log_likelihood(density.start))
+        assert np.isfinite(both[1]).all()
 
 
 def test_what_does_not_fit_is_refused_in_a_line(calibration: bayestouch.Calibration, density: LogDensity) -> None:
@@ -89,6 +93,8 @@ def test_what_does_not_fit_is_refused_in_a_line(calibration: bayestouch.Calibrat
         density([1.0, 2.0, 3.0])
     with pytest.raises(InputError, match="'mu' is missing"):
         density.from_parameters({n: v for n, v in density.to_parameters(density.start).items() if n != "mu"})
+    with pytest.raises(InputError, match=r"^sigma: expected values of n points \(n,\), got shape \(4, 50\)$"):
+        density.from_parameters(calibration.posterior)
     other = bayestouch.simulate(bayestouch.FingerDesign(n_elements=3), seed=0).dataset
     with pytest.raises(InputError, match="another sensor"):
         bayestouch.log_density(calibration, other)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bayestouch.data.files import check_not_read, check_room, check_writable, replacing, write_together
+from bayestouch.data.files import check_not_read, check_room, check_writable, path_of, replacing, write_together
 from bayestouch.errors import InputError
 
 
@@ -19,6 +19,13 @@ def test_a_folder_of_the_name_of_one_file_keeps_all_files_as_they_were(tmp_path:
     with pytest.raises(InputError, match="b: expected the name of a file to write, this is a folder"):
         write_together({path: lambda temporary: temporary.write_text("new") and None for path in names})
     assert sorted(tmp_path.iterdir()) == names and [names[0].read_text(), names[2].read_text()] == ["old", "old"]
+
+
+def test_what_is_no_path_is_refused(tmp_path: Path) -> None:
+    assert path_of("a") == path_of(Path("a")) == Path("a")
+    for write in (path_of, check_writable, lambda path: replacing(path).__enter__()):
+        with pytest.raises(InputError, match=r"^expected a path, got None$"):
+            write(None)  # type: ignore[arg-type]
 
 
 def test_a_pipe_is_no_file_to_write(tmp_path: Path) -> None:

@@ -123,6 +123,8 @@ def test_select_by_mask_index_and_slice() -> None:
     assert touches.select([]).n_rows == 0
     with pytest.raises(InputError, match=r"expected a mask of 5 rows, got shape \(4,\)"):
         touches.select(np.ones(4, dtype=bool))
+    with pytest.raises(InputError, match=r"^expected a mask of the rows, their indices or a slice, got 3$"):
+        touches.select(3)
 
 
 def test_same_as_sees_every_difference() -> None:
@@ -158,6 +160,7 @@ def test_same_as_sees_every_difference() -> None:
         ({"time_s": pd.Series(pd.date_range("2026", periods=5, tz="UTC"))}, "column time_s: .* got datetime64"),
         ({"time_s": np.datetime64("2026-01-01")}, "column time_s: .* got datetime64"),
         ({"touch": np.ma.array([1, 2, 3, 4, 5], mask=[1, 0, 0, 0, 0])}, "column touch: expected integers below 2"),
+        ({"extra": ["a"]}, r"^extra: expected columns by their names, got \['a'\]$"),
         ({"extra": {"note": ["a"]}}, r"column note: expected an array of shape \(5,\), got \(1,\)"),
     ],
 )

@@ -13,7 +13,7 @@ from known_fingers import dataset, known_touches
 from touch_quadrature import PROBABILITIES, OneTouch, integrate
 
 import bayestouch
-from bayestouch import EdgeOrRound, IndenterDistribution, KnownTips, UniformCurvature
+from bayestouch import EdgeOrRound, IndenterDistribution, KnownTips, UniformCurvature, UniformRadius
 from bayestouch.contact import composite_radius
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
@@ -199,6 +199,12 @@ def test_infinite_radii_can_be_summarised(read: Read) -> None:
 def test_what_is_no_prior_is_refused(read: Read) -> None:
     with pytest.raises(InputError, match="KnownTips"):
         infer(read, (0, 2), "emcee")
+    with pytest.raises(InputError, match=r"^indenter: expected a prior over indenters such as .*, got <class"):
+        infer(read, KnownTips, "emcee")
+    with pytest.raises(InputError, match=r"^indenter: expected a density of round indenters, got <class"):
+        EdgeOrRound(0.5, UniformRadius)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"^indenter: expected a prior such as LogNormal\(2.0, 0.5\), got <class"):
+        IndenterDistribution(LogNormal)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

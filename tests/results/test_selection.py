@@ -95,6 +95,8 @@ def test_a_result_is_a_sequence_of_touches(posteriors: bayestouch.TouchPosterior
         ({"place": 350.0}, [6]),
         ({"place": slice(340, 355)}, [8, 6]),
         ({"place": slice(350, 370)}, [6, 4, 2]),
+        ({"place": slice(340, None)}, [8, 6]),
+        ({"place": slice(None, -345)}, [2]),
         ({"tip": [0, np.inf], "place": slice(None, 0)}, [8, 6]),
     ],
 )
@@ -122,6 +124,7 @@ def test_places_of_a_pad_have_two_coordinates() -> None:
         ({"place_x": 1}, "place_x: touches of this sensor are chosen by touch, tip, place"),
         ({"tip": 0, "place": 10}, "no touch meets all of tip=0, place=10"),
         ({"place": np.inf}, "place: no touch has inf; there are -20, -10, 0, 10"),
+        ({"place": slice("a", 3)}, "place: expected a number, got 'a'"),
         ({"touch": slice(0, 10, 2)}, "touch: a slice of touches has no step, got 2"),
     ],
 )
