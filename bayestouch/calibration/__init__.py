@@ -85,8 +85,9 @@ def calibrate(
         Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
         much longer: minutes for sixteen elements.
     draws : int
-        Number of posterior draws to keep, at least 8. It does not change what touches read: chains of a finger have at
-        least 200 draws, and touches are read with the covariance of all of them.
+        Number of posterior draws to keep, at least 8. Chains of a finger have at least 200 draws. Touches are read with
+        the covariance of all of them, which more draws tell more precisely: from 200 draws to 20,000, means of R move
+        by up to 0.1 sd, and standard deviations by up to 4 %.
     groups : str or sequence of str
         Further groups of the ArviZ schema: some of ``"log_likelihood"`` (of each touch), ``"log_prior"``, ``"prior"``,
         ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. A pad with effects has no predictions. A
