@@ -90,6 +90,7 @@ CASES = (
     *both("gain_nonlinearity", {"share": 0.15, "power": 1.5}, ("share",)),
     Case("saturation", {"level": 0.85, "knee": 12.0, "shared": 0.3}, ("level",)),
     Case("rest_offset", OFFSETS, tuple(OFFSETS)),
+    Case("rest_offset", {own: -value for own, value in OFFSETS.items()}, tuple(OFFSETS)),
     Case("baseline_drift", {"sd": 0.012, "time": 60.0}, ("sd",), NOISY),
     # Seventeen times the noise of a touch's mean: the course itself is seen, more than any knots would hold of it.
     Case("baseline_drift", {"sd": 0.03, "time": 60.0}, ("sd",), DESIGN),

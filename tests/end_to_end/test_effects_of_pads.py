@@ -36,7 +36,7 @@ def test_every_effect_of_pads_is_tried() -> None:
     """And those that have a sign with both."""
     only_fingers = {
         *("prober_eccentricity", "rigid_core", "blunt_edge", "tangential_load", "surface_profile"),
-        *("finite_strain", "aperture", "proximity"),
+        *("finite_strain", "aperture", "proximity", "rest_offset"),
     }
     built_in = {name for name, cls in effect_classes().items() if cls.__module__.startswith("bayestouch.")}
     assert {case.name for case in CASES} == built_in - only_fingers

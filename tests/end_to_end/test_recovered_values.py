@@ -51,6 +51,8 @@ def test_every_effect_of_fingers_is_tried() -> None:
 
 
 def _parameters(case: Case) -> tuple[EffectParameter, ...]:
-    effect = effect_classes()[case.name].suited(replace(FINGER, contact=case.contact))
+    effect = effect_classes()[case.name].suited(
+        replace(FINGER, contact=case.contact, n_elements=case.design.n_elements)
+    )
     assert effect is not None
     return effect.parameters
