@@ -199,7 +199,7 @@ class Effect:
         """Readings (n, m) with the effect, from `recording.signal`, the readings before it."""
         return recording.signal
 
-    def unknown(
+    def left_by_missing(
         self, values: Values, read: FloatArray, when_s: FloatArray, missing: MissingTouches, peak: FloatArray
     ) -> FloatArray:
         """Mean square (t, m, m) of what touches that may be missing in a table leave in the readings of others.

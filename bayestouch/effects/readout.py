@@ -288,10 +288,10 @@ class Memory(Effect):
         signal = recording.signal * (1 + of_gain * kept / recording.peak) if of_gain else recording.signal
         return np.asarray(signal + share * kept)
 
-    def unknown(
+    def left_by_missing(
         self, values: Values, read: FloatArray, when_s: FloatArray, missing: MissingTouches, peak: FloatArray
     ) -> FloatArray:
-        """See `Effect.unknown`."""
+        """See `Effect.left_by_missing`."""
         share, time, breadth, *looser = values
         of_gain = looser.pop() if looser and self.on_finger else 0.0
         read = np.nan_to_num(read)

@@ -60,5 +60,5 @@ def left_by_missing(
         missing = MissingTouches(missing_s, known_s, calibrated)
         for effect, values in effects:
             if effect.remembers:
-                total += effect.unknown(values, read, when_s, missing, peak)
+                total += effect.left_by_missing(values, read, when_s, missing, peak)
     return total

@@ -54,7 +54,7 @@ def test_what_missing_touches_leave() -> None:
     """Of one missing touch, which ended a pause ago: the share of it, and the gain that it changes."""
     memory, peak = Memory((), 3.0), np.array([4.0, 5.0])
     missing = MissingTouches(np.array([7.0]), np.zeros(0), np.array([[3.0, 2.0], [1.0, 0.0]]))
-    found = memory.unknown(
+    found = memory.left_by_missing(
         (0.1, 4.0, 0.0, 0.0, 0.0, 0.0, 0.3), np.array([[2.0, np.nan]]), np.array([10.0]), missing, peak
     )
     # Squared correlations with the two touches of the calibration; one more touch may be like either.
@@ -62,7 +62,7 @@ def test_what_missing_touches_leave() -> None:
     square = like[0] * np.outer([1.0, 0.0], [1.0, 0.0]) + like[1] * np.outer([3.0, 2.0], [3.0, 2.0])
     share = np.array([0.1 + 0.3 * 2.0 / 4.0, 0.1])
     np.testing.assert_allclose(found, [np.outer(share, share) * square / like.sum()])
-    assert not Creep(()).unknown((0.3, 1.5), np.ones((1, 2)), np.array([10.0]), missing, peak).any()
+    assert not Creep(()).left_by_missing((0.3, 1.5), np.ones((1, 2)), np.array([10.0]), missing, peak).any()
 
 
 def test_an_offset_is_looked_for_on_fingers_without_rest_readings_alone() -> None:
