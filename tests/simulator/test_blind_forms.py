@@ -48,6 +48,10 @@ def plain(rubber: str = "stiff", order: str = "scan") -> Recording:
     return planned(design("small", rubber), order, SEED)
 
 
+#: Effects of fingers that are younger than the five studies.
+LATER = {"rest_offset"}
+
+
 def largest_in_reach(of: Recording, effect: Effect) -> float:
     """The value at size 2, or at the largest size below that it reaches."""
     for wanted in LADDER:
@@ -63,7 +67,7 @@ def largest_in_reach(of: Recording, effect: Effect) -> float:
 def test_every_effect_of_a_finger_has_new_forms_and_nothing_else(name: str) -> None:
     setting = replace(FINGER, n_elements=8, span_s=1000.0, gap_s=4.25)
     count = Counter(effect.name for effect in REGISTRIES[name].LISTED)
-    assert count == {effect.name: 2 for effect in catalogue(setting)}
+    assert count == {effect.name: 2 for effect in catalogue(setting) if effect.name not in LATER}
 
 
 @pytest.mark.parametrize("name", REGISTRIES)
