@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.missing import MissingTouches, missing_ends
 from bayestouch.data.grouping import beginnings, groups
 from bayestouch.data.touches import Touches
@@ -23,12 +23,17 @@ def missing_in(
     """
     if not any(effect.remembers for effect in effects):
         return np.zeros(0)
+    timed = timing.unit == "s"
+    return missing_ends(*holds(table, timing), setting.gap_s, setting.hold_s, before=n_calibrated, timed=timed)
+
+
+def holds(table: Touches, timing: Timing) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Number of each touch of a table, and the times of its first and last samples in contact, (t,) each."""
     rows = np.flatnonzero(table.in_contact)
     number, group = groups(table.touch[rows])
     time_s, pressed = timing.time_s[rows], np.ones(len(rows), dtype=bool)
-    begin, end = (sign * beginnings(sign * time_s, pressed, group, len(number)) for sign in (1, -1))
-    timed = timing.unit == "s"
-    return missing_ends(number, begin, end, setting.gap_s, setting.hold_s, before=n_calibrated, timed=timed)
+    begin_s, end_s = (sign * beginnings(sign * time_s, pressed, group, len(number)) for sign in (1, -1))
+    return number, begin_s, end_s
 
 
 def left_by_missing(

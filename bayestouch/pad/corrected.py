@@ -17,12 +17,11 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import History, Recording
-from bayestouch.data.grouping import beginnings, groups
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values, places_of_values
 from bayestouch.model.effect_list import EffectList
-from bayestouch.model.missing import left_by_missing, missing_in
+from bayestouch.model.missing import holds, left_by_missing, missing_in
 from bayestouch.model.observations import history_of
 from bayestouch.model.outliers import RightReadings, without_wrong
 from bayestouch.model.timing import Timing
@@ -188,10 +187,8 @@ class PadEffects:
 
     def left_by_missing_of(self, table: Touches, read: FloatArray) -> FloatArray:
         """`left_by_missing` for the touches of a table, with their mean readings (t, m)."""
-        clock, rows = self.clock(table), np.flatnonzero(table.in_contact)
-        _, group = groups(table.touch[rows])
-        pressed = np.ones(len(rows), dtype=bool)
-        begin_s, end_s = (sign * beginnings(sign * clock.time_s[rows], pressed, group, len(read)) for sign in (1, -1))
+        clock = self.clock(table)
+        _, begin_s, end_s = holds(table, clock)
         missing_s = missing_in(table, clock, self.listed.plain, self.listed.setting, len(self.calibrated))
         return self.left_by_missing(read, begin_s, missing_s, end_s)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.chain.noise import Noise
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.finger.reading.alternatives import missed, propose_alternatives, propose_places, search_prior
 from bayestouch.finger.reading.elsewhere import across_the_element, branches, distant_places, fits_as_well
 from bayestouch.finger.reading.modes import find_modes, hessian_at, matches, other_places, with_whitener
@@ -101,7 +102,7 @@ class FingerGroup:
         if self.posterior.middle is None:
             return degrees
         mean = degrees.mean(axis=(0, 1))
-        return np.asarray(degrees + 360 * np.round((np.degrees(self.posterior.middle) - mean) / 360))
+        return np.asarray(degrees + (nearest_turn(mean, float(np.degrees(self.posterior.middle))) - mean))
 
 
 @dataclass(frozen=True, eq=False)

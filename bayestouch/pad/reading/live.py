@@ -89,8 +89,9 @@ class PadLive:
         """Posterior of a touch, and its rough form for the next sample; `near` is that of the sample before."""
         reader = self.reader.sampler.reader
         one = OnePadTouch.of(reader, touch)
-        if stream is not None:
-            one = replace(one, by_noise=np.concatenate([one.by_noise, stream.by_missing(touch.readings)]))
+        by_missing = () if stream is None else stream.by_missing(touch.readings)
+        if len(by_missing):
+            one = replace(one, by_noise=np.concatenate([one.by_noise, by_missing]))
         # The first samples of a touch may fit at several places; later ones decide.
         rough = near
         if not rough or rough.elsewhere > ELSEWHERE:

@@ -61,7 +61,7 @@ class PadStream:
 
     def by_missing(self, read: FloatArray) -> FloatArray:
         """As `CorrectedMeans.by_missing` for the present touch, (k, m), from its mean readings (m,)."""
-        if self.effects is None:
+        if self.effects is None or not len(self._missing_s):
             return np.zeros((0, len(read)))
         known = np.array([end for end, _ in self._earlier])
         square = self.effects.left_by_missing(read[None], np.array([self._began]), self._missing_s, known)

@@ -174,7 +174,8 @@ def _expand(reader: PadReader, known: PadTouches, x: FloatArray) -> tuple[FloatA
     """Signals (t, m), their derivatives over location and load (t, D + 1, m), and variances of readings (t, m)."""
     sensitivity, slope = reader.map.slopes(x[:, :-1], x[:, -1])
     signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts)
-    # What touches that may be missing leave is an error of a touch: as one of each element, it shows no fault.
+    # Errors that elements share in a touch, of the noise and of touches that may be missing, show no fault: they count
+    # as errors of each element.
     variance = variance + (known.shared_by_noise**2).sum(axis=1)
     return signal, np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1), variance
 
