@@ -1,14 +1,13 @@
-"""Would a compiled kernel make batches quicker? The density of a touch compiled by numba, beside numpy's.
+"""Would a compiled kernel make batches quicker? The density of a touch in C, beside numpy's.
 
-The kernel looks a touch up in the reading table, subtracts the reading, whitens and sums the squares in one pass, in
-float32 as numpy does it. It takes the place of `FingerPosterior.log_density`, and a second one that of `residual`,
-which the search for modes and the proposals call. Printed are the time of one log density, the processor time of both
-methods on 4,800 touches, how much of it is left when all densities are free (no such kernel can save more), and the
-floor: the multiplications and additions of all densities that a method needs, on arrays, as `log_likelihood.py` counts
-them.
+The kernel (`compiled_density.c`) looks a touch up in the reading table, subtracts the reading, whitens and sums the
+squares in one pass, in float32 as numpy does it, with the vector instructions of this machine. It takes the place of
+`FingerPosterior.log_density`, and without the sum that of `residual`, which the search for modes and the proposals
+call. Printed are the time of one log density, the processor time of both methods on 4,800 touches, how much of it is
+left when all densities are free (no such kernel can save more), and the floor: the multiplications and additions of all
+densities that a method needs, on arrays, as `log_likelihood.py` counts them.
 
-    pip install numba                                    # in an environment of its own
-    python studies/benchmarks/compiled.py [touches]
+    python studies/benchmarks/compiled.py [touches]      # with a C compiler, cc
 """
 
 from __future__ import annotations
@@ -17,18 +16,20 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import math
+import ctypes
 import statistics
+import subprocess
 import sys
+import tempfile
 import time
 import timeit
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import log_likelihood
 import many_touches
-import numba
 import numpy as np
 
 from bayestouch.finger.reading.reader import FingerPosterior
@@ -38,56 +39,46 @@ REPEATS = 3
 USUAL = FingerPosterior.residual, FingerPosterior.log_density
 
 
-def kernel(squared: bool) -> Callable[..., None]:
-    """Compile the whitened residuals of all elements, or the sum of their squares."""
+class Table(ctypes.Structure):
+    """`Table` of the kernel."""
 
-    @numba.njit(fastmath=True, error_model="numpy")
-    def compute(rows, shape, grid, modulus, radius, angle, load, readings, columns, out):
-        n_kappa, n_angles = shape
-        m = rows.shape[1]
-        scale, kappa_first, kappa_step, angle_first, angle_step = grid
-        miss, white = np.empty(m, np.float32), np.empty(m, np.float32)
-        for b in range(load.shape[0]):
-            for w in range(load.shape[1]):
-                kappa = max(load[b, w] * radius[b, w] / (1000 * modulus), 0.0)
-                across = (math.log1p(kappa / scale) - kappa_first) / kappa_step
-                along = (angle[b, w] - angle_first) / angle_step
-                across, along = min(max(across, 0.0), n_kappa - 1.001), min(max(along, 0.0), n_angles - 1.001)
-                row, column = int(across), int(along)
-                s, t, force = np.float32(across - row), np.float32(along - column), np.float32(load[b, w])
-                low = row * n_angles + column
-                high = low + n_angles
-                for e in range(m):
-                    lower = rows[low, e] + t * (rows[low + 1, e] - rows[low, e])
-                    upper = rows[high, e] + t * (rows[high + 1, e] - rows[high, e])
-                    miss[e] = (lower + s * (upper - lower)) * force - readings[b, e]
-                    white[e] = np.float32(0)
-                for f in range(m):
-                    for e in range(m):
-                        white[e] += columns[b, f, e] * miss[f]
-                if squared:
-                    total = np.float32(0)
-                    for e in range(m):
-                        total += white[e] * white[e]
-                    out[b, w, 0] = total
-                else:
-                    for e in range(m):
-                        out[b, w, e] = white[e]
-
-    return compute
+    _fields_ = (
+        ("rows", ctypes.c_void_p),
+        ("n_kappa", ctypes.c_int),
+        ("n_angles", ctypes.c_int),
+        *(
+            (name, ctypes.c_double)
+            for name in ("kappa_scale", "kappa_first", "kappa_step", "angle_first", "angle_step")
+        ),
+        ("modulus", ctypes.c_double),
+    )
 
 
-def arguments(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> tuple[Any, ...]:
-    """Arguments of a kernel for points x (B, W, 3) of the touches `blocks` (B,)."""
-    table, whitener = posterior.table, posterior.whitener[blocks]
+def library(m: int) -> ctypes.CDLL:
+    """The kernel for m elements."""
+    source = Path(__file__).with_name("compiled_density.c")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "density.so"
+        flags = ["-O3", "-march=native", "-ffast-math", "-shared", "-fPIC", f"-DM={m}"]
+        subprocess.run(["cc", *flags, "-o", path, source, "-lm"], check=True)
+        return ctypes.CDLL(str(path))
+
+
+def called(kernel: Any, posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray, squared: bool) -> np.ndarray:
+    """Whitened residuals (B, W, m) at points x (B, W, 3) of the touches `blocks` (B,), or sums of squares (B, W)."""
+    table = posterior.table
     assert table is not None
-    full = whitener if whitener.ndim == 3 else whitener[:, :, None] * np.eye(whitener.shape[1])
+    readings, whitener = (each[blocks] for each in posterior._compared_with)
+    full = whitener if whitener.ndim == 3 else whitener[:, :, None] * np.eye(whitener.shape[1], dtype=np.float32)
     w, angle, load = (np.ascontiguousarray(x[..., k]) for k in range(3))
+    radius = np.ascontiguousarray(posterior.radius(w))
+    columns = np.ascontiguousarray(full.swapaxes(1, 2))
     grid = (table.kappa_scale, table.kappa_first, table.kappa_step, table.angle_first, table.angle_step)
-    readings = np.nan_to_num(posterior.touches.readings[blocks]).astype(np.float32)
-    columns = np.ascontiguousarray(full.swapaxes(1, 2)).astype(np.float32)
-    modulus, radius = posterior.chain.shear_modulus_MPa, posterior.radius(w)
-    return table.rows, table.shape, grid, modulus, radius, angle, load, readings, columns
+    given = Table(table.rows.ctypes.data, *table.shape, *grid, posterior.chain.shear_modulus_MPa)
+    out = np.empty(load.shape if squared else (*load.shape, readings.shape[1]), dtype=np.float32)
+    pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (radius, angle, load, readings, columns)]
+    kernel(ctypes.byref(given), *pointers, *load.shape, int(squared), out.ctypes.data_as(ctypes.c_void_p))
+    return out
 
 
 @contextmanager
@@ -101,18 +92,16 @@ def replaced(residual: Callable[..., Any], log_density: Callable[..., Any]) -> I
 
 
 def compiled(m: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """`residual` and `log_density` by the kernels."""
-    rows, squares = kernel(False), kernel(True)
+    """`residual` and `log_density` by the kernel."""
+    kernel = library(m).density
 
     def residual(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-        out = np.empty((*x.shape[:2], m), np.float32)
-        rows(*arguments(posterior, x, blocks), out)
-        return out
+        return called(kernel, posterior, x, blocks, squared=False)
 
     def log_density(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-        prior, out = posterior.log_prior(x, blocks), np.empty((*x.shape[:2], 1), np.float32)
-        squares(*arguments(posterior, x, blocks), out)
-        return np.where(np.isfinite(prior), prior - 0.5 * out[..., 0].astype(np.float64), -np.inf)
+        prior = posterior.log_prior(x, blocks)
+        squares = called(kernel, posterior, x, blocks, squared=True).astype(np.float64)
+        return np.where(np.isfinite(prior), prior - 0.5 * squares, -np.inf)
 
     return residual, log_density
 
@@ -197,7 +186,7 @@ def main(n: int = 4800) -> dict[str, dict[str, float]]:
             return processor(lambda: draw(sampler, touches, plan, workers=1))
 
         with replaced(*functions):
-            run()  # compiles
+            run()
         for _ in range(REPEATS):
             runs["numpy"].append(run())
             with replaced(*functions):
