@@ -34,7 +34,7 @@ RUN_ELSEWHERE = {
 NO_FOLDER = {
     *("conditions", "coverage", "faulty_pads", "faulty_sensors", "fuzz_coverage", "fuzz_readers", "gallery"),
     *("interruptions", "mutants", "sbc_power", "coverage_of_effects", "coverage_of_places", "from_finger_to_finger"),
-    *("coverage_of_pads", "harm", "imitations", "import_graph", "next_touches", "touch_uncertainty"),
+    *("coverage_of_pads", "harm", "imitations", "import_graph", "naming_rules", "next_touches", "touch_uncertainty"),
 }
 #: Options in place of ``FOLDER --small``; without a folder they take the one after ``-o``.
 OTHER_OPTIONS = {
