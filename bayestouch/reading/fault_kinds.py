@@ -11,6 +11,9 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.reading.fault_tests import TOLERANCE, SensorMisfit
 from bayestouch.reading.stopped import NOTHING_SHARE, silent_at
 
+#: A gain of so many standard deviations is not by chance.
+FOLLOWS = 5.0
+
 Kind = Literal["dead", "loose", "stuck", "gain", "offset", "unlike"]
 
 
@@ -58,9 +61,12 @@ def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     rest_sd = misfit.rest_sd_of(column)
     if rest_sd:
         sd = float(np.hypot(sd, rest_sd * (weight * s).sum() / square))
-    if abs(gain) < NOTHING_SHARE and sd < NOTHING_SHARE:
+    # A little of the signal that a dead element gets from its neighbours is no gain; a load in another unit is one.
+    follows = column == misfit.n_elements and abs(gain) > FOLLOWS * sd
+    if abs(gain) < NOTHING_SHARE and sd < NOTHING_SHARE and not follows:
         return ColumnFault(column, "dead", gain, sd)
-    misfit_sd = float(np.sqrt(np.median(weight * rest**2)))
+    # The error of the expected signal has the same gain.
+    misfit_sd = float(np.sqrt(np.median(weight * rest**2))) / max(abs(gain), 1.0)
     offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale
     without_offset = float(np.sqrt(np.median(weight * (y - s - offset * scale) ** 2)))
     if column < misfit.n_elements and abs(offset) > TOLERANCE and without_offset < min(1.0, 0.5 * misfit_sd):

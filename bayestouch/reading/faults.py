@@ -136,6 +136,8 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
     order = np.arange(k - 1)
     out = _columns_to_leave_out(fitted)
     if out is None:
+        out = _force_sensor_alone(fitted)
+    if out is None:
         # Sound elements beside swapped ones can seem silent, and are left out before these, one after the other.
         pair = _swapped_alone(fitted)
         return _check_of_whole(fitted) if pair is None else SensorCheck((), _exchanged(k - 1, pair), 1.0, t)
@@ -204,6 +206,18 @@ def _columns_to_leave_out(fitted: FittedTouches) -> BoolArray | None:
         if out[:-1].sum() > largest:
             return None
     return broken | _readmitted(fitted, out) if out.sum() > 1 else out
+
+
+def _force_sensor_alone(fitted: FittedTouches) -> BoolArray | None:
+    """The force sensor alone (k,), if all elements agree without it; None if they do not, or if that tests nothing.
+
+    Loads that are several times too large move the fitted touches so far that elements seem to misfit more.
+    """
+    out = np.arange(fitted.columns.shape[1]) == fitted.columns.shape[1] - 1
+    misfit = fitted(out)
+    tested, squares = _squares(misfit)
+    sound = _agree(misfit, few=fitted.few) and squares.sum() <= LARGEST_MISFIT**2 * tested.sum()
+    return out if tested.any() and sound else None
 
 
 def _most(k: int) -> int:

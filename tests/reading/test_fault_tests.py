@@ -235,6 +235,12 @@ def test_kinds_of_faults() -> None:
     assert column(10 - signal + noise).kind == "unlike"
     force = named(2, 4 * (signal + 0.4 + noise), _with_signal(40))
     assert force.kind != "offset"
+    # A share of its signal that a dead element gets from others, and a load in another unit; then one unit and noise.
+    assert column(0.01 * signal).kind == "dead"
+    small, large = (named(2, 4 * factor * signal * (1 + 0.03 * noise), _with_signal(40)) for factor in (0.01, 100.0))
+    assert small.kind == large.kind == "gain"
+    assert (small.value, large.value) == (pytest.approx(0.01, rel=1e-3), pytest.approx(100.0, rel=1e-3))
+    assert named(2, noise, _with_signal(40)).kind == "dead"
     assert column(np.append(1.3 * signal[:39], np.nan)).value == pytest.approx(1.3)
 
 
