@@ -106,9 +106,10 @@ def _thinned(touch: IntArray, node: IntArray, lattice: Lattice, n_touches: int) 
 
 
 def _with_same_elements(touches: PadTouches) -> list[IntArray]:
-    """Groups of at most `_TOUCHES` touches with the same counts and about the same load, as indices."""
-    bins = np.round(np.log(np.maximum(touches.load, 1e-12)) / _LOAD_BIN).astype(np.int64)
-    _, group = np.unique(np.column_stack([touches.counts, bins]), axis=0, return_inverse=True)
+    """Groups of at most `_TOUCHES` touches with the same counts and errors and about the same load, as indices."""
+    bins = np.round(np.log(np.maximum(touches.load, 1e-12)) / _LOAD_BIN)
+    errors = touches.shared_by_noise.reshape(touches.n_touches, -1)
+    _, group = np.unique(np.column_stack([touches.counts, bins, errors]), axis=0, return_inverse=True)
     order = np.argsort(np.asarray(group).ravel(), kind="stable")
     parts = np.split(order, np.flatnonzero(np.diff(np.asarray(group).ravel()[order])) + 1)
     return [part[i : i + _TOUCHES] for part in parts for i in range(0, len(part), _TOUCHES)]

@@ -117,6 +117,11 @@ class PadSampler:
         """The touches in `rows`, in groups whose proposals have about the same number of parts."""
         window = touches.select(rows)
         known = self.reader.touches(window)
+        for some in known.alike:
+            yield from self._groups(known.select(some), rows[some], window.location[some])
+
+    def _groups(self, known: PadTouches, rows: IndexArray, location: FloatArray) -> Iterator[PadGroup]:
+        """`groups` of touches with the same kinds of errors."""
         components = components_of(self.reader, known, self.lattice)
         modes = count_places(components, len(rows))
         parts = many_parts(components, len(rows))
@@ -127,7 +132,7 @@ class PadSampler:
             group = known.select(some) if uncertain[some].any() else known.apart().select(some)
             first, map_ = WithLogLoad.of(parts.select(some)), self.reader.map
             proposal = first.weighed_by(partial(_density, self.reader, group), map_.low, map_.high)
-            yield PadGroup(rows[some], self.reader, group, window.location[some], proposal, modes[some])
+            yield PadGroup(rows[some], self.reader, group, location[some], proposal, modes[some])
 
 
 def _density(reader: PadReader, known: PadTouches, x: FloatArray) -> FloatArray:

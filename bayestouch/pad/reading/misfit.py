@@ -100,7 +100,9 @@ class PadMisfit:
         # The uncertainty of the values of effects counts as an error that readings share, like that of the map.
         known = replace(with_effects, changes=None)
         read = np.isfinite(touches.load) & reader.load_measured
-        x = _modes(reader, known, self.lattice)
+        x = np.empty((known.n_touches, reader.map.dimensions + 1))
+        for some in known.alike:
+            x[some] = _modes(reader, known.select(some), self.lattice)
         signal, slope, variance = _expand(reader, known, x)
         weight = np.concatenate(
             [np.where(known.present, 1 / variance, 0.0), np.where(read, 1 / known.felt_sd**2, 0.0)[:, None]], axis=1
@@ -174,8 +176,8 @@ def _expand(reader: PadReader, known: PadTouches, x: FloatArray) -> tuple[FloatA
     """Signals (t, m), their derivatives over location and load (t, D + 1, m), and variances of readings (t, m)."""
     sensitivity, slope = reader.map.slopes(x[:, :-1], x[:, -1])
     signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts)
-    # Errors that elements share in a touch, of the noise and of touches that may be missing, show no fault: they count
-    # as errors of each element.
+    # What touches that may be missing leave is an error of a touch: as one of each element, it shows no fault. Noise
+    # that elements share is a part of the variance already (`PadReader.apart`).
     variance = variance + (known.shared_by_noise**2).sum(axis=1)
     return signal, np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1), variance
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import FloatArray, IndexArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.arrays import read_once
@@ -74,17 +74,27 @@ class PadTouches:
         return self.counts > 0
 
     def select(self, index: IntArray) -> PadTouches:
-        """Some of the touches."""
-        changes, by_noise = (None if each is None else each[index] for each in (self.changes, self.by_noise))
+        """Some of the touches, without the errors of the noise that none of them has."""
+        by_noise = self.shared_by_noise[index]
+        by_noise = by_noise[:, by_noise.any(axis=(0, 2))]
         return replace(
             self,
             readings=self.readings[index],
             counts=self.counts[index],
             load=self.load[index],
             load_sd=self.load_sd[index],
-            changes=changes,
-            by_noise=by_noise,
+            changes=None if self.changes is None else self.changes[index],
+            by_noise=by_noise if by_noise.shape[1] else None,
         )
+
+    @property
+    def alike(self) -> list[IndexArray]:
+        """Indices, ascending, of the touches without the last error of `by_noise`, then of those with it.
+
+        It is due to touches that may be missing. Few touches have it, and the others are read without it.
+        """
+        last = self.shared_by_noise[:, -1:].any(axis=(1, 2))
+        return [np.flatnonzero(part) for part in (~last, last) if part.any()]
 
     @property
     def shared_by_noise(self) -> FloatArray:

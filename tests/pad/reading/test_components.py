@@ -124,27 +124,38 @@ def test_in_the_plane() -> None:
         np.testing.assert_allclose(np.diag(best)[:2], np.diag(covariance), rtol=0.02)
 
 
+def two_alike() -> PadTouches:
+    """Two touches that differ in an error that both elements have in the second alone."""
+    readings = OFFSET + np.array([[1.3, 0.6], [1.3, 0.6]])
+    shared = np.array([[[0.0, 0.0]], [[0.3, -0.2]]])
+    return PadTouches(readings, np.full((2, 2), 9), np.full(2, 2.0), np.full(2, 0.1), by_noise=shared)
+
+
+@pytest.mark.parametrize("given", [touches(9), two_alike()], ids=["counts", "errors"])
 @pytest.mark.parametrize("depth", [0.5, 4.0, 30.0])
 @pytest.mark.parametrize("dimensions", [1, 2])
-def test_search_weighs_nodes_by_their_evidence(monkeypatch: pytest.MonkeyPatch, dimensions: int, depth: float) -> None:
+def test_search_weighs_nodes_by_their_evidence(
+    monkeypatch: pytest.MonkeyPatch, dimensions: int, depth: float, given: PadTouches
+) -> None:
     """Readings are normal about a node: noise, the load's prior, and a place of sd 0.6 steps about the node.
 
-    The place moves the readings by the load that suits the node best, no less than a twentieth of the prior one.
+    The place moves the readings by the load that suits the node best, no less than a twentieth of the prior one. Each
+    touch has the errors that its elements share, and not those of a touch of the same load before it.
     """
     monkeypatch.setattr(components, "_FIRST_DEPTH", depth)
     reader, nodes = Plane(dimensions), lattice(dimensions, 0.5, -3.0, 3.0)
-    given = touches(9)
     tables = reader.map.slopes(nodes.location)
     for index in components._with_same_elements(given):
         touch, node = components._search(reader, given, nodes, tables, index)  # type: ignore[arg-type]
         for one in index:
             variance, load, load_sd = SD**2 / given.counts[one], given.load[one], given.load_sd[one]
             reading, weights = given.readings[one] - OFFSET, []
+            noise = np.diag(variance) + given.shared_by_noise[one].T @ given.shared_by_noise[one]
             for sensitivity, slope in zip(*tables, strict=True):
-                precision = (sensitivity**2 / variance).sum() + 1 / load_sd**2
-                best = ((reading * sensitivity / variance).sum() + load / load_sd**2) / precision
+                by_reading = np.linalg.solve(noise, sensitivity)
+                best = (reading @ by_reading + load / load_sd**2) / (sensitivity @ by_reading + 1 / load_sd**2)
                 moved = max(best, 0.05 * load) * 0.6 * 0.5 * slope
-                covariance = np.diag(variance) + load_sd**2 * np.outer(sensitivity, sensitivity) + moved.T @ moved
+                covariance = noise + load_sd**2 * np.outer(sensitivity, sensitivity) + moved.T @ moved
                 weights.append(stats.multivariate_normal(load * sensitivity, covariance).logpdf(reading))
             wanted = np.flatnonzero(np.array(weights) > max(weights) - depth)
             np.testing.assert_array_equal(node[touch == one], wanted)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -14,8 +14,10 @@ from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.inference import infer
 from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.effect_changes import CorrectedMeans
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.components import components_of
+from bayestouch.pad.reading.draws import PadSampler
 from bayestouch.pad.reading.lattice import lattice_for
 from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
 from bayestouch.pad.reading.reader import PadReader, PadTouches
@@ -316,6 +318,27 @@ def test_draws_depend_on_seed_and_place_alone(line_pad: tuple[SimulatedPad, Cali
     other = infer(touches, calibration, draws=100, seed=5, workers=1)
     np.testing.assert_array_equal(first.posterior["x"], second.posterior["x"])
     assert not np.array_equal(first.posterior["x"], other.posterior["x"])
+
+
+def test_touches_after_missing_ones_are_drawn_apart(line_pad: tuple[SimulatedPad, Calibration]) -> None:
+    """They alone have what missing touches may have left. The others are drawn as if no touch had it."""
+    pad, calibration = line_pad
+    sampler = PadSampler.of(PadReader.from_calibration(calibration))
+    plain = pad_readings(pad.touch(np.linspace(9, 29, 6)[:, None], np.random.default_rng(2)), 1, "mean")
+    left = np.zeros((6, 2, 4))
+    left[[1, 4], 0, :2], left[[1, 4], 1] = 0.5, [[1.0, 2.0, 3.0, 4.0], [2.0, 2.0, 2.0, 0.0]]
+    means = CorrectedMeans(
+        **{each.name: getattr(plain, each.name) for each in fields(plain)}, load_as_read=plain.load, by_missing=left
+    )
+    others, some = sampler.groups(means, np.arange(6))
+    np.testing.assert_array_equal(others.rows, [0, 2, 3, 5])
+    assert others.known.by_noise is None
+    (wanted,) = sampler.groups(plain, others.rows)
+    points = np.array([[[x, 1.0]] for x in (9.0, 17.0, 21.0, 29.0)])
+    for of in (lambda group: group.log_density(points, np.arange(4)), lambda group: group.proposal.log_density(points)):
+        np.testing.assert_allclose(of(others), of(wanted), rtol=1e-12)
+    np.testing.assert_array_equal(some.rows, [1, 4])
+    np.testing.assert_array_equal(some.known.by_noise, left[[1, 4]])
 
 
 def test_wrong_number_of_elements_is_said(line_pad: tuple[SimulatedPad, Calibration]) -> None:

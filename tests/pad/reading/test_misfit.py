@@ -26,7 +26,13 @@ class Plane:
 
     def __init__(self) -> None:
         self.map = SimpleNamespace(
-            low=LOW, high=HIGH, n_elements=4, offset=np.zeros(4), sensitivity=GAIN[:, 0], slopes=self.slopes
+            low=LOW,
+            high=HIGH,
+            dimensions=2,
+            n_elements=4,
+            offset=np.zeros(4),
+            sensitivity=GAIN[:, 0],
+            slopes=self.slopes,
         )
         self.map.at = lambda place, load: (self.slopes(place)[0], np.zeros(len(place)), np.zeros((len(place), 4)))
         self.map.reading_variance = lambda variance, covariance, load: np.zeros((len(load), 4))
