@@ -96,6 +96,18 @@ def test_errors_of_touches_are_what_their_posteriors_say(effect: str, samples: i
             assert inside[some].mean() == pytest.approx(0.9, abs=0.3 * error + 0.02)
 
 
+@pytest.mark.parametrize("seed", [9, 11])
+def test_a_gain_3_percent_off_beside_noise_of_all_elements(seed: int) -> None:
+    """As if that noise were each element's own, the check said nothing of one table, and two others of the second."""
+    rng = np.random.default_rng(seed)
+    place, load = rng.uniform(0, 24, 40), rng.uniform(0.3, 2, 40)
+    table = pressed(rng, place, load, 1, NOISES["common_mode_noise"])
+    for gain, left_out in ((1.0, None), (0.97, "e03")):
+        other = table.with_(readings=table.readings * np.where(np.arange(5) == 2, gain, 1.0))
+        read = bayestouch.infer(other, calibrated("common_mode_noise"), draws=64)
+        assert read.settings.get("elements_left_out") == left_out
+
+
 def written_out(calibration: bayestouch.Calibration, reading: np.ndarray, samples: int) -> np.ndarray:
     """Mean and sd of place and load, (2, 2), from the mean reading (m,) of one touch: sums over a grid.
 

@@ -14,6 +14,7 @@ from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 from bayestouch.reading.fault_tests import SensorMisfit, with_rest_errors
 from bayestouch.sampling.laplace import damped_newton_steps
+from bayestouch.sampling.rank_one import shared_directions
 
 # A reading is tested if the fit of its touch leaves more than this share of the information of the reading (as on a
 # finger).
@@ -89,8 +90,7 @@ class PadMisfit:
 
     def __call__(self, out: BoolArray) -> SensorMisfit:
         """Residuals of the touches, fitted without the columns `out`, a mask (m + 1,)."""
-        # An error of the noise that elements share counts as one of each: it shows no fault of an element.
-        reader, m = self.reader.apart, self.reader.map.n_elements
+        reader, m = self.reader, self.reader.map.n_elements
         touches = replace(
             self.readings,
             counts=np.where(out[:m], 0, self.readings.counts),
@@ -103,29 +103,30 @@ class PadMisfit:
         x = np.empty((known.n_touches, reader.map.dimensions + 1))
         for some in known.alike:
             x[some] = _modes(reader, known.select(some), self.lattice)
-        signal, slope, variance = _expand(reader, known, x)
-        weight = np.concatenate(
-            [np.where(known.present, 1 / variance, 0.0), np.where(read, 1 / known.felt_sd**2, 0.0)[:, None]], axis=1
-        )
-        hessian = _precision(reader, known, slope, weight[:, :m])
+        signal, slope, of_readings = _expand(reader, known, x)
+        hessian = _precision(reader, known, slope, of_readings)
+        weight = np.zeros((len(x), m + 1, m + 1))
+        weight[:, :m, :m] = of_readings
+        weight[:, m, m] = np.where(read, 1 / known.felt_sd**2, 0.0)
         values = np.where(known.present, known.readings - reader.map.offset, 0.0)
         values = np.concatenate([values, known.load[:, None]], axis=1)
         rows = np.concatenate([signal, x[:, -1:]], axis=1)
         by_load = np.zeros((*slope.shape[:2], 1))
         by_load[:, -1] = 1.0
         slope = np.concatenate([slope, by_load], axis=2)
-        pull = slope * weight[:, None]
-        left = weight[:, :, None] * np.eye(m + 1) - pull.swapaxes(1, 2) @ np.linalg.solve(hessian, pull)
-        information = np.einsum("tii->ti", left)
+        pull = slope @ weight
+        left = weight - pull.swapaxes(1, 2) @ np.linalg.solve(hessian, pull)
+        information, own = (np.einsum("tii->ti", each) for each in (left, weight))
         # A touch at the limit of the calibrated region may be outside it, where the prediction is not known.
         inner = np.all((x[:, :-1] > reader.map.low) & (x[:, :-1] < reader.map.high), axis=1, keepdims=True)
-        determined = (information > LEAST_DETERMINED * weight) & (weight > 0) & inner
+        determined = (information > LEAST_DETERMINED * own) & (own > 0) & inner
         left = np.where(determined[:, :, None], left, 0.0)[:, :, :m]
         spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
         _, open_, covariance = reader.map.at(x[:, :-1], x[:, -1])
         uncertain = reader.map.reading_variance(open_, covariance, x[:, -1])
         if with_effects.changes is not None:
-            changes = reader.changes(with_effects, x[:, None], np.arange(len(x)), signal[:, None])[:, 0, :, :-1]
+            lasting = replace(with_effects, by_noise=None)
+            changes = reader.changes(lasting, x[:, None], np.arange(len(x)), signal[:, None])[:, 0, :, :-1]
             uncertain = uncertain + (changes**2).sum(axis=1)
         # Correlations of errors of the map between locations are not known here: full correlation is assumed.
         sd = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
@@ -134,7 +135,7 @@ class PadMisfit:
             return np.asarray((np.abs(direction) * sd).sum(axis=0) ** 2)
 
         return SensorMisfit(
-            score=np.where(determined, weight * (values - rows), 0.0),
+            score=np.where(determined, np.einsum("tij,tj->ti", weight, values - rows), 0.0),
             information=np.where(determined, information, 0.0),
             signal=rows,
             signal_sd=np.sqrt(np.maximum(spread, 0.0)),
@@ -158,10 +159,9 @@ def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray
     value = reader.log_density(known, x[:, None], blocks)[:, 0]
     damping = np.full(len(x), 1e-3)
     for _ in range(_ITERATIONS):
-        signal, slope, variance = _expand(reader, known, x)
-        weight = np.where(known.present, 1 / variance, 0.0)
+        signal, slope, weight = _expand(reader, known, x)
         residual = np.where(known.present, known.readings - reader.map.offset, 0.0) - signal
-        gradient = np.einsum("tkm,tm->tk", slope, weight * residual)
+        gradient = np.einsum("tkm,tmn,tn->tk", slope, weight, residual, optimize=True)
         gradient[:, -1] += (known.load - x[:, -1]) / known.felt_sd**2
         hessian = _precision(reader, known, slope, weight)
         tried = np.clip(x + damped_newton_steps(gradient, hessian, damping), low, high)
@@ -173,18 +173,22 @@ def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray
 
 
 def _expand(reader: PadReader, known: PadTouches, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Signals (t, m), their derivatives over location and load (t, D + 1, m), and variances of readings (t, m)."""
+    """Signals (t, m), their derivatives over location and load (t, D + 1, m), inverse covariance of readings (t, m, m).
+
+    The covariance has the errors that elements share in a touch, of the noise and of touches that may be missing: they
+    show no fault of an element.
+    """
     sensitivity, slope = reader.map.slopes(x[:, :-1], x[:, -1])
     signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts)
-    # What touches that may be missing leave is an error of a touch: as one of each element, it shows no fault. Noise
-    # that elements share is a part of the variance already (`PadReader.apart`).
-    variance = variance + (known.shared_by_noise**2).sum(axis=1)
-    return signal, np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1), variance
+    own = np.where(known.present, 1 / variance, 0.0)
+    directions, _ = shared_directions(own, known.shared_by_noise)
+    weight = own[:, :, None] * np.eye(own.shape[1]) - directions.swapaxes(1, 2) @ directions
+    return signal, np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1), weight
 
 
 def _precision(reader: PadReader, known: PadTouches, slope: FloatArray, weight: FloatArray) -> FloatArray:
-    """Inverse covariance (t, D + 1, D + 1) of location and load, including their priors."""
-    hessian = np.asarray(np.einsum("tkm,tm,tjm->tkj", slope, weight, slope))
+    """Inverse covariance (t, D + 1, D + 1) of location and load, with their priors; `weight` is that of readings."""
+    hessian = np.asarray(slope @ weight @ slope.swapaxes(1, 2))
     axes = np.arange(slope.shape[1] - 1)
     hessian[:, axes, axes] += 1 / (reader.map.high - reader.map.low) ** 2
     hessian[:, -1, -1] += 1 / known.felt_sd**2

@@ -153,7 +153,8 @@ class PadTouchReader:
 
         def expected(means: TouchMeans) -> tuple[FloatArray, FloatArray]:
             sampler, order = self._as_calibrated, np.arange(means.n_elements)
-            fits = PadMisfit(sampler.reader, sampler.lattice, means, order, in_order)
+            # What few samples say has all noise of a reading, also that of all elements.
+            fits = PadMisfit(sampler.reader.apart, sampler.lattice, means, order, in_order)
             return fits(np.zeros(means.n_elements + 1, dtype=bool)).expected
 
         return readings.few.weighed(replace(readings, few=None), expected)
