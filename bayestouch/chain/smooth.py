@@ -39,15 +39,15 @@ class SmoothBasis:
 
     @classmethod
     def of(
-        cls, low: float, high: float, length: float, *, knots: float = KNOTS_A_LENGTH, most: int = 60
+        cls, low: float, high: float, length: float, *, knots: float = KNOTS_A_LENGTH, most: int = 60, least: int = 2
     ) -> SmoothBasis:
-        """Return the process on `low` to `high` with `knots` knots per length, but not more than `most` in all.
+        """Return the process on `low` to `high` with `knots` knots per length, from `least` to `most` in all.
 
         The length is increased if it would need more than `most` knots at `KNOTS_A_LENGTH`.
         """
         span = max(high - low, 1e-12)
         length = max(length, span * KNOTS_A_LENGTH / (most - 1))
-        count = max(2, int(np.ceil(span / length * KNOTS_A_LENGTH)) + 1)
+        count = max(least, int(np.ceil(span / length * KNOTS_A_LENGTH)) + 1)
         if knots > KNOTS_A_LENGTH:
             count = max(count, min(most, int(np.ceil(span / length * knots)) + 1))
         places = np.linspace(low, high, count)

@@ -85,7 +85,7 @@ class FingerCorrectionBasis:
             shared=SmoothBasis.of(low - element_deg.max(), high - element_deg.min(), SHARED_LENGTH, most=90),
             wide=SmoothBasis.of(low - element_deg.max(), high - element_deg.min(), WIDE_LENGTH, most=60),
             loaded=SmoothBasis.of(-LOADED_REACH, LOADED_REACH, OWN_LENGTH),
-            own=tuple(SmoothBasis.of(low - e, high - e, OWN_LENGTH) for e in element_deg),
+            own=_over_the_same_range(low - element_deg, high - element_deg),
             felt=FeltMap.of(chain, OWN_LENGTH, float(recording.load.max())),
         )
 
@@ -112,3 +112,14 @@ class FingerCorrectionBasis:
             more = ((share - self.load_mean) / self.load_sd)[:, None]
             parts["loaded"] = spread_over_elements(np.moveaxis(self.loaded(away), -1, 0), scale * more, own=True)
         return parts
+
+
+def _over_the_same_range(low: FloatArray, high: FloatArray) -> tuple[SmoothBasis, ...]:
+    """A function for each element over its range of angles (m,), all with the same number of knots.
+
+    The ranges have the same width up to rounding, which changes the number where the width is a multiple of the spacing
+    of knots. Then all elements have the larger number.
+    """
+    alone = [SmoothBasis.of(*ends, OWN_LENGTH) for ends in zip(low, high, strict=True)]
+    count = max(len(each.knots) for each in alone)
+    return tuple(SmoothBasis.of(*ends, OWN_LENGTH, least=count) for ends in zip(low, high, strict=True))

@@ -53,6 +53,20 @@ def test_basis_over_what_was_touched() -> None:
         np.testing.assert_allclose(own(at), SmoothBasis.of(-15 - element, 30 - element, 9.0)(at), rtol=1e-9, atol=1e-12)
 
 
+def test_ranges_that_rounding_makes_uneven_have_the_same_knots() -> None:
+    """31.5 degree, seven spacings of knots: 31.500000000000004 from the first element, and 31.5 from the second."""
+    element, touched = np.array([-31.7, 4.4]), np.array([-15.75, 15.75])
+    low, high = (end - element for end in touched)
+    assert ((high - low) / 9.0 * 2 > 7).tolist() == [True, False]
+    recording: Any = SimpleNamespace(place=(touched,), load=LOAD[:2])
+    spectra = SimpleNamespace(at=lambda kappa, n: np.exp(-kappa[:, None] * np.arange(n + 1)))
+    chain: Any = SimpleNamespace(outer_radius_mm=16.0, shear_modulus_MPa=0.5, spectra=spectra)
+    found = FingerCorrectionBasis.of(element, PEAK[:2], 40.0, chain, recording)
+    for own, e in zip(found.own, element, strict=True):
+        np.testing.assert_allclose(own.knots, np.linspace(-15.75, 15.75, 9) - e, atol=1e-12)
+    assert found.columns(RADIUS[:2], touched, LOAD[:2])["own"].shape == (18, 2, 2)
+
+
 def test_columns() -> None:
     """In proportion to load and peak; wide contacts by P R over a flat's; the load about its mean."""
     made = basis()
