@@ -174,9 +174,11 @@ class CommonModeNoise(NoiseEffect):
         """See `NoiseEffect.own`.
 
         The own variance is the total variance minus that of the shared error, but at least the scatter of each element
-        about the mean of all elements: the difference is not accurate where the shared error dominates.
+        about the mean of all elements: the difference is not accurate where the shared error dominates. An element
+        without readings has no part in that mean.
         """
         direction, covariance = scatter.peak ** -values[1] / scatter.sd, scatter.covariance
+        direction = np.where(scatter.present.any(axis=0), direction, 0.0)
         share = direction / (direction**2).sum()
         # Let f be the mean of the elements weighted by `share`: the variances of z - direction f are linear in the
         # own variances.

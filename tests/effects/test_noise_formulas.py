@@ -123,3 +123,26 @@ def test_what_is_left_of_an_elements_own_noise() -> None:
     np.testing.assert_allclose(SignalDependentNoise().own(scatter, (0.05, 0.5)), [1 - 1.75 / 12, 1 - 0.375, 0.02])
     # 1 - 0.01 (0.5/sd)²: 1 - 0.25, 1 - 1 and below.
     np.testing.assert_allclose(Outliers().own(scatter, (0.01, 0.5)), [0.75, 0.005, 0.005])
+
+
+@pytest.mark.parametrize("values", [(0.02, 0.0), (0.03, 1.0)])
+def test_elements_without_readings_do_not_change_the_own_noise_of_others(values: tuple[float, float]) -> None:
+    """Two of five elements are dead: the others have the own noise that they have without them, and not that of all."""
+    rng = np.random.default_rng(3)
+    size = 0.02 / np.array([0.024, 0.028, 0.03])
+    z = size * rng.standard_normal((4000, 1)) + np.sqrt(1 - size**2) * rng.standard_normal((4000, 3))
+    peak, sd = np.array([0.8, 1.0, 1.2]), 0.02 / size
+    living = Scatter(z, np.zeros((4000, 3)), sd, peak)
+    dead = Scatter(
+        np.column_stack([np.full((4000, 2), np.nan), z]),
+        np.zeros((4000, 5)),
+        np.append([0.001, 0.001], sd),
+        np.append([1.0, 1.0], peak),
+    )
+    own = CommonModeNoise().own(dead, values)
+    np.testing.assert_allclose(own[2:], CommonModeNoise().own(living, values), rtol=1e-9)
+    np.testing.assert_allclose(
+        CommonModeNoise().log_density(dead, values), CommonModeNoise().log_density(living, values)
+    )
+    if values == (0.02, 0.0):
+        np.testing.assert_allclose(own[2:], 1 - size**2, atol=0.04)
