@@ -79,8 +79,7 @@ def threshold_radii(
         As in `RadiusScale.of`, or if `probability` is not between 0.5 and 1.
     """
     scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
-    expected = scale.threshold(from_r_c, probability)
-    return thresholds(known, from_r_c, scale.angle, expected, probability, samples, use_load)
+    return thresholds(known, scale, from_r_c, probability, samples, use_load)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -17,6 +17,7 @@ from scipy.special import ndtr, ndtri
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.contact import composite_radius, indenter_radius
+from bayestouch.reliability.information import RadiusScale
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 
 # Difference of a probability by the scale from that by the shortest distance of the readings from which it is computed
@@ -72,34 +73,29 @@ def right_shares(
 
 
 def thresholds(
-    known: KnownFinger,
-    from_r_c: float,
-    angle: FloatArray,
-    expected: FloatArray,
-    probability: float,
-    samples: int,
-    use_load: bool,
+    known: KnownFinger, scale: RadiusScale, from_r_c: float, probability: float, samples: int, use_load: bool
 ) -> FloatArray:
     """r_c (mm) that is distinguished from `from_r_c` with a probability at each location, (n,); NaN if none is.
 
     Parameters
     ----------
-    known, angle, samples, use_load
+    known, samples, use_load
         As in `right_shares`.
+    scale : RadiusScale
+        The scale at the locations; its thresholds are kept where the readings agree with it. Where it distinguishes
+        nothing, a flat is compared.
     from_r_c : float
         Indenter to start from, mm.
-    expected : (n,) array
-        The thresholds by the scale, which are kept where the readings agree with it.
     probability : float
         Share of touches for which the right one is named.
     """
-    outer, out, some = known.outer_radius_mm, expected.copy(), np.flatnonzero(~np.isnan(expected))
-    start, radius = (composite_radius(r_c, outer) for r_c in (from_r_c, expected[some]))
-    if not len(some):
-        return out
-    first = NoiselessTouches.of(known, np.full(len(some), start), angle[some], samples, use_load)
-    second = NoiselessTouches.of(known, radius, angle[some], samples, use_load)
-    for place in np.flatnonzero(disagrees(first, second, np.full(len(some), probability))).tolist():
+    outer, angle, out = known.outer_radius_mm, scale.angle, scale.threshold(from_r_c, probability)
+    nothing = np.isnan(out)
+    start, radius = (composite_radius(r_c, outer) for r_c in (from_r_c, np.where(nothing, np.inf, out)))
+    expected = np.where(nothing, scale.distinguished(from_r_c, np.inf)[:, 0], probability)
+    first = NoiselessTouches.of(known, np.full(len(angle), start), angle, samples, use_load)
+    second = NoiselessTouches.of(known, radius, angle, samples, use_load)
+    for place in np.flatnonzero(disagrees(first, second, expected)).tolist():
         one, found = first.select(place), float(radius[place])
 
         def enough(radius: float, one: NoiselessTouches = one) -> bool:
@@ -108,15 +104,15 @@ def thresholds(
 
         low, high = float(start), found
         if not enough(found):
-            ends = np.linspace(found, outer, BLUNTER + 1).tolist()
+            ends = np.linspace(found, outer, BLUNTER + 1).tolist() if found < outer else []
             low, high = next(((a, b) for a, b in pairwise(ends) if enough(b)), (np.nan, np.nan))
         if np.isnan(high):
-            out[some[place]] = np.nan
+            out[place] = np.nan
             continue
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             low, high = (low, middle) if enough(middle) else (middle, high)
-        out[some[place]] = indenter_radius(high, outer)
+        out[place] = indenter_radius(high, outer)
     return out
 
 

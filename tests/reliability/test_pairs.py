@@ -7,7 +7,17 @@ import pytest
 
 from bayestouch import FingerDesign
 from bayestouch.contact import composite_radius
-from bayestouch.reliability import KnownFinger, TouchPlaces, distinguished, expected_finger, threshold_radii
+from bayestouch.reliability import (
+    Annulus,
+    KnownFinger,
+    TouchPlaces,
+    design_maps,
+    distinguished,
+    expected_finger,
+    optimism,
+    threshold_radii,
+)
+from bayestouch.reliability.designs import places_deg
 from bayestouch.reliability.information import RadiusScale
 
 # Elements 1.2 mm below the surface and 2.8 mm apart.
@@ -86,3 +96,21 @@ def test_where_readings_are_linear_the_scale_is_kept() -> None:
 
 def test_nothing_is_distinguished_from_a_flat() -> None:
     assert np.isnan(threshold_radii(SHALLOW, [ABOVE_DEG], from_r_c=np.inf)).all()
+
+
+def test_a_flat_that_only_the_readings_distinguish() -> None:
+    """Between two elements the scale gives 85 % for an edge and a flat; 99.8 % of 4000 simulated touches are right."""
+    design = FingerDesign(
+        n_elements=6, sensing_radius_mm=11.9, noise_percent_peak=4.0, calibration_span_deg=40.0, samples_per_touch=1
+    )
+    known, place = expected_finger(design), places_deg(design, [0.25])
+    scale = RadiusScale.of(known, np.radians(place), use_load=False)
+    assert scale.distinguished(0.0, np.inf)[0, 0] == pytest.approx(0.853, abs=0.002)
+    assert np.isnan(scale.threshold()).all()
+    (radius,) = threshold_radii(known, place, use_load=False)
+    assert radius == pytest.approx(15.3, abs=0.5)
+    right = distinguished(known, [0.0, radius, np.inf], place, use_load=False)[0, 0, 1:]
+    np.testing.assert_allclose(right, [0.95, 0.998], atol=0.005)
+    assert design_maps(design, "noise_percent", [4.0], indenters_mm=[0.0], places=[0.25]).threshold_mm[0, 0] == radius
+    (found,) = optimism(known, Annulus(9.4 / 12.7, 11.9 / 12.7), place)
+    assert found.honest_mm == radius
