@@ -64,11 +64,11 @@ def _keyed(table: Touches, places: list[str]) -> Iterator[tuple[IntArray, bytes]
     """Rows in contact of each touch, and what a copy has in common with it; only of touches with resolved readings."""
     rows = np.flatnonzero(table.in_contact)
     rows = rows[np.argsort(table.touch[rows], kind="stable")]
-    starts = np.flatnonzero(np.diff(table.touch[rows], prepend=-1))
+    starts = np.flatnonzero(np.diff(table.touch[rows])) + 1
     resolved = _resolved(table)
     columns = [table.load, *(getattr(table, name) for name in places)]
     values = np.column_stack([table.readings, *columns]) + 0.0  # -0 and 0 are the same
-    for each in sorted(np.split(rows, starts[1:]), key=lambda each: each[:1].tolist()):
+    for each in sorted(np.split(rows, starts), key=lambda each: each[:1].tolist()):
         if resolved[each].any():
             yield each, values[each].tobytes()
 

@@ -132,9 +132,16 @@ def _locations(touches: Touches) -> tuple[list[FloatArray], IntArray]:
 
 
 def _around(degrees: FloatArray) -> FloatArray:
-    """Angles from 0 to 360 degree; those just below a whole turn, which are 0 with a rounding error, are below 0."""
-    once = degrees % 360
-    return np.where(once > 360 * (1 - _SAME), once - 360, once)
+    """Angles counted on from the touch after the widest gap, so that a row of touches is not cut in two; NaN missing.
+
+    Angles just below a whole turn, which are 0 with a rounding error, are below 0.
+    """
+    there = np.unique(degrees[~np.isnan(degrees)] % 360)
+    gaps = np.diff(there, append=there[:1] + 360)
+    # Gaps of a full ring are equal up to rounding: the last of them ends at the least angle.
+    first = there[(np.flatnonzero(gaps > gaps.max(initial=0) - 360 * _SAME)[-1:] + 1) % max(len(there), 1)]
+    on = (degrees - first.sum()) % 360
+    return np.asarray(np.where(on > 360 * (1 - _SAME), on - 360, on), dtype=np.float64)
 
 
 def _lines(values: FloatArray) -> IntArray:

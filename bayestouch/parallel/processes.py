@@ -90,7 +90,7 @@ def on_cores(work: Work, pieces: Sequence[Any]) -> Iterator[Any]:
 
     Pieces of many short steps gain nothing from threads. `work` and `pieces` are as of `spread_out`.
     """
-    workers = min(cores(None), len(pieces)) if may_fork() else 1
+    workers = max(1, min(cores(None), len(pieces))) if may_fork() else 1
     with spread_out(work, workers) as spread:
         yield from spread(pieces)
 

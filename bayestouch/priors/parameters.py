@@ -167,7 +167,7 @@ class StudentT:
 
     def quantile(self, probability: ArrayLike) -> FloatArray:
         below = self._below(self.low) + np.asarray(probability, dtype=float) * self._mass
-        return np.asarray(self.centre + self.scale * stdtrit(self.dof, below))
+        return np.asarray(self.centre + self.scale * _student_quantile(self.dof, below))
 
     def __str__(self) -> str:
         ends = _within(self.low, self.high)
@@ -201,7 +201,7 @@ class LogStudentT:
         return np.where(value > 0, density, -np.inf)
 
     def quantile(self, probability: ArrayLike) -> FloatArray:
-        t = stdtrit(self.dof, np.asarray(probability, dtype=float))
+        t = _student_quantile(self.dof, np.asarray(probability, dtype=float))
         return np.asarray(self.median * np.exp(self.spread * t))
 
     def __str__(self) -> str:
@@ -220,6 +220,11 @@ def _within(low: float, high: float) -> str:
     if np.isinf(low) or np.isinf(high):
         return "" if np.isinf(low) and np.isinf(high) else f", above {low:g}" if np.isinf(high) else f", below {high:g}"
     return f", within {low:g} to {high:g}"
+
+
+def _student_quantile(dof: float, probability: FloatArray) -> FloatArray:
+    """Quantile of Student's t at probabilities (...); scipy says that the one at 0 is +inf."""
+    return np.asarray(np.where(probability <= 0, -np.inf, stdtrit(dof, probability)))
 
 
 def _log_student(t: FloatArray, dof: float) -> FloatArray:

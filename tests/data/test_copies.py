@@ -42,6 +42,12 @@ def test_a_table_that_is_there_twice() -> None:
     assert not len(copies(table(one, noisy(2, number=10))))
 
 
+@pytest.mark.parametrize("number", [-TOUCHES, -2, -1, 0])
+def test_copies_are_found_by_any_number(number: int) -> None:
+    one = noisy(1, number=number)
+    assert len(copies(table(one, {**one, "touch": one["touch"] + 10}))) == TOUCHES
+
+
 def test_touches_that_are_the_calibration() -> None:
     """Also without their places, as of touches to be read."""
     calibration = table(noisy(1), noisy(2, number=10))

@@ -39,6 +39,13 @@ def test_angles_a_full_turn_apart_are_one_place() -> None:
     assert chosen.tolist() == [True, True, False, True, False, False]
 
 
+def test_a_sweep_about_zero_is_one_row() -> None:
+    """Nine positions from -16 to 16 degree, in any order and one a turn on: every other one, also at zero."""
+    angles = np.array([-16.0, 8.0, 4.0, 348.0, 0.0, -8.0, 12.0, -4.0, 16.0])
+    chosen = checkerboard(touches_from(range(9), np.ones((9, 1)), angle_deg=angles))
+    assert sorted(angles[chosen]) == [-16.0, -8.0, 0.0, 8.0, 16.0]
+
+
 def test_a_grid_is_split_like_a_checkerboard_though_its_lines_are_uneven() -> None:
     lines = np.cumsum([2.05, 0.4, 0.6, 0.4, 0.6, 0.4])
     x, y = (v.ravel() for v in np.meshgrid(lines, lines))

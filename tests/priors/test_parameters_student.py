@@ -42,6 +42,12 @@ def test_logarithmic_density_and_quantiles() -> None:
     np.testing.assert_allclose(LOG.quantile(PROBABILITIES), np.exp(exact.ppf(PROBABILITIES)))
 
 
+def test_quantiles_at_both_ends() -> None:
+    """They are the ends of the support."""
+    for prior in (PLAIN, CUT, LOG, StudentT(2.0, 1.0, 3.0, -np.inf, 5.0)):
+        np.testing.assert_allclose(prior.quantile([0.0, 1.0]), prior.support, atol=1e-15)
+
+
 def test_truncation() -> None:
     assert truncated(PLAIN, 0.0, 0.475) == CUT
     with pytest.raises(InputError, match="nothing of the prior"):
