@@ -8,6 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial.distance import pdist
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError, nearest
@@ -86,7 +87,8 @@ def pad_design_maps(
     Raises
     ------
     InputError
-        If there are no values, a value gives an impossible pad, or `vary` is unknown.
+        If there are no values, a value gives an impossible pad, `vary` is unknown, or the spacing varies and two
+        elements are at the same place.
     """
     wanted = np.atleast_1d(np.asarray(values, dtype=float))
     if not len(wanted):
@@ -113,7 +115,7 @@ def changed_pad(design: PadDesign, vary: VaryPad, value: float) -> PadDesign:
         raise InputError(f"vary: expected {' or '.join(known)}, got {vary!r}{nearest(str(vary), known)}")
     if not value > 0:
         raise InputError(f"spacing_mm: expected above zero, got {value:g}")
-    factor = value / float(np.linalg.norm(np.subtract(*_pair(_elements(design)))))
+    factor = value / _spacing(_elements(design))
     y = design.element_y_mm
     return replace(
         design,
@@ -131,6 +133,15 @@ def pad_places(design: PadDesign, places: Sequence[float] = PLACES) -> FloatArra
 def _elements(design: PadDesign) -> FloatArray:
     columns = [design.element_x_mm] if design.element_y_mm is None else [design.element_x_mm, design.element_y_mm]
     return np.stack([np.asarray(column, dtype=float) for column in columns], axis=1)
+
+
+def _spacing(elements: FloatArray) -> float:
+    """Smallest distance between two elements, mm; on a regular pad that of the elements in the middle, to the bit."""
+    middle = float(np.linalg.norm(np.subtract(*_pair(elements))))
+    smallest = float(pdist(elements).min())
+    if smallest == 0:
+        raise InputError("spacing_mm: two elements are at the same place")
+    return middle if np.isclose(middle, smallest) else smallest
 
 
 def _pair(elements: FloatArray) -> tuple[FloatArray, FloatArray]:

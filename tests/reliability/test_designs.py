@@ -185,6 +185,19 @@ def test_another_pad() -> None:
         changed_pad(replace(line, element_x_mm=(0.0,)), "spacing_mm", 2.0)
 
 
+def test_spacing_of_a_pad_is_the_smallest_distance_between_elements() -> None:
+    """Also away from the middle; on a regular pad the last bit is that of the elements in the middle."""
+    uneven = PadDesign(element_x_mm=(0.0, 1.0, 5.0, 10.0, 15.0), element_y_mm=None)
+    assert changed_pad(uneven, "spacing_mm", 4.0).element_x_mm == (0.0, 4.0, 20.0, 40.0, 60.0)
+    even = tuple(4.4 * e for e in range(7))
+    factor = 3.0 / (even[3] - even[2])
+    assert changed_pad(replace(uneven, element_x_mm=even), "spacing_mm", 3.0).element_x_mm == tuple(
+        factor * x for x in even
+    )
+    with pytest.raises(InputError, match="two elements are at the same place"):
+        changed_pad(replace(uneven, element_x_mm=(0.0, 5.0, 10.0, 10.0)), "spacing_mm", 4.0)
+
+
 def test_effort_is_interpolated() -> None:
     effort = Effort("R", np.array([1, 10, 100]), np.array([1.0, 0.5, 0.2]), 0.19)
     assert effort.needed(2.0) == 1
