@@ -107,8 +107,8 @@ def calibrate(
     ------
     InputError
         An option does not fit the body or another option, `draws` is below 8, a calibration in `like` is of another
-        build, something in `priors` is no prior, a prior contradicts the possible range or the nominal geometry, or the
-        touches cannot identify the parameters.
+        build or of these touches, something in `priors` is no prior, a prior contradicts the possible range or the
+        nominal geometry, or the touches cannot identify the parameters.
 
     Examples
     --------

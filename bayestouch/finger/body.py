@@ -54,8 +54,10 @@ def _learned_priors(
     earlier: Sequence[tuple[str, Calibration]], dataset: DataSet, contact: str
 ) -> tuple[dict[str, Prior], tuple[str, ...]]:
     from bayestouch.finger.learned_priors import learned_priors
+    from bayestouch.finger.same_build import check_other_touches
 
     assert dataset.calibration is not None
+    check_other_touches(earlier, dataset.calibration)
     counts = dataset.calibration.averaged().counts
     return learned_priors(earlier, dataset.sensor, contact, float(np.median(counts[counts > 0])))
 

@@ -6,13 +6,32 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.sensor import Sensor, finger_of
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.results.keys import LIKE
 from bayestouch.results.objects import Calibration
 
 # Smallest number of draws of an earlier calibration, for each of the m + 2 coordinates whose covariance is needed.
 LEAST_DRAWS = 5
+# Share of the largest reading by which equal readings differ after other rest readings were subtracted: far above the
+# rounding of doubles, far below any noise.
+ROUNDING = 1e-9
+
+
+def check_other_touches(earlier: Sequence[tuple[str, Calibration]], table: Touches) -> None:
+    """Raise an error if one of the calibrations was made from the touches of the next finger.
+
+    Raises
+    ------
+    InputError
+        Its touches would count twice.
+    """
+    means = table.baseline_corrected().averaged()
+    for name, calibration in earlier:
+        if _same(calibration.rows.touch, calibration.rows.observed, means.touch, means.readings):
+            raise InputError(f"like: {name} was made from the touches that are calibrated now; they would count twice")
 
 
 def check_same_build(earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str) -> None:
@@ -25,8 +44,9 @@ def check_same_build(earlier: Sequence[tuple[str, Calibration]], sensor: Sensor,
     """
     for i, (name, calibration) in enumerate(earlier):
         _check(name, calibration, sensor, contact)
+        rows = calibration.rows
         for other, before in earlier[:i]:
-            if _same(calibration, before):
+            if _same(rows.touch, rows.observed, before.rows.touch, before.rows.observed):
                 raise InputError(f"like: {name} and {other} are the same calibration; its touches would count twice")
 
 
@@ -61,9 +81,18 @@ def _check(name: str, calibration: Calibration, sensor: Sensor, contact: str) ->
         )
 
 
-def _same(one: Calibration, other: Calibration) -> bool:
-    """Whether two calibrations have the same readings."""
-    return bool(
-        one.rows.observed.shape == other.rows.observed.shape
-        and np.array_equal(one.rows.observed, other.rows.observed, equal_nan=True)
-    )
+def _same(touch: IntArray, readings: FloatArray, others: IntArray, their_readings: FloatArray) -> bool:
+    """Whether the touches whose numbers two tables have in common are the same.
+
+    Their mean readings (t, m) are equal but for a constant of each element: an estimate of the rest reading.
+    """
+    if readings.shape[1] != their_readings.shape[1]:
+        return False
+    _, here, there = np.intersect1d(touch, others, return_indices=True)
+    apart = readings[here] - their_readings[there]
+    both = np.isfinite(apart)
+    apart, both = apart[:, both.sum(axis=0) > 1], both[:, both.sum(axis=0) > 1]
+    if not apart.size:
+        return False
+    spread = np.max(apart, axis=0, initial=-np.inf, where=both) - np.min(apart, axis=0, initial=np.inf, where=both)
+    return bool((spread <= ROUNDING * np.nanmax(np.abs(readings))).all())

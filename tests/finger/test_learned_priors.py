@@ -15,6 +15,7 @@ from bayestouch.commands.cli import main
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.errors import InputError
 from bayestouch.finger.learned_priors import evidence_of, learned_priors, student_of
+from bayestouch.finger.same_build import check_other_touches, check_same_build
 from bayestouch.model.body import body_of_kind
 from bayestouch.priors.parameters import Normal, Prior, StudentT
 
@@ -150,7 +151,7 @@ def test_file_and_command_say_what_was_learned(earlier: list[bayestouch.Calibrat
     assert kinds["sigma"] == "Normal"
     assert (kinds["r_s"], kinds["mu"], kinds["noise_sd"]) == ("StudentT", "LogStudentT", "LogStudentT")
     with pytest.raises(InputError, match=r"sixth\.nc was itself calibrated with like"):
-        bayestouch.calibrate(dataset, like=[tmp_path / "sixth.nc"])
+        bayestouch.calibrate(sixth(1)[1], like=[tmp_path / "sixth.nc"])
 
 
 def test_command(earlier: list[bayestouch.Calibration], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -189,6 +190,26 @@ def test_other_builds_are_refused(earlier: list[bayestouch.Calibration]) -> None
             bayestouch.calibrate(dataset, like=[changed])
     with pytest.raises(InputError, match="are the same calibration"):
         bayestouch.calibrate(dataset, like=[one, one])
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.123])
+def test_touches_that_are_calibrated_now_are_refused(earlier: list[bayestouch.Calibration], shift: float) -> None:
+    """Also beside further touches and after another estimate of the rest reading; other readings are taken."""
+    table = BUILD.draw(rng := np.random.default_rng(11)).dataset(rng).calibration
+    assert table is not None
+    one = replace(earlier[0], rows=replace(earlier[0].rows, observed=earlier[0].rows.observed - shift))
+    first = one.rows.touch[:20]
+    part = {name: getattr(one.rows, name)[:20] for name in ("observed", "touch")}
+    for each in (one, replace(one, rows=replace(one.rows, **part))):
+        with pytest.raises(InputError, match=r"^like: a\.nc was made from the touches that are calibrated now"):
+            check_other_touches([("b.nc", earlier[1]), ("a.nc", each)], table)
+        with pytest.raises(InputError, match="would count twice"):
+            bayestouch.calibrate(DataSet(BUILD.sensor, table, table), like=[each])
+    moved = table.with_(readings=table.readings * (1 + 1e-3 * (table.touch == first[0]))[:, None])
+    check_other_touches([("a.nc", one)], moved)
+    check_other_touches([("a.nc", one)], table.with_(readings=table.readings[:, :3]))
+    with pytest.raises(InputError, match=r"a\.nc and b\.nc are the same calibration"):
+        check_same_build([("b.nc", earlier[0]), ("a.nc", one)], BUILD.sensor, "layer")
 
 
 def test_pads_are_refused() -> None:
