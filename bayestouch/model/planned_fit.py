@@ -14,6 +14,7 @@ from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
+from bayestouch.model.left_over import force_noise
 from bayestouch.model.linear import covariance_of
 from bayestouch.model.observations import Observations
 from bayestouch.model.planned import PlannedReadings, covariance_of_shared, with_load_error
@@ -113,7 +114,10 @@ def _noise(fitted: Fitted, touches: TouchMeans, mean: FloatArray, by_load: Float
     noise = fitted.noise
     variance = noise.mean_variance(mean, read_once(touches.counts))
     shared = noise.shared_errors(touches.counts)
-    load_sd = np.full(touches.n_touches, float(np.median(noise.load_sd)))
+    # An error of loads that were not measured is no noise of a force sensor: reading it more often changes nothing.
+    measured = np.isfinite(fitted.model.known.load).any()
+    one_load = force_noise(fitted) if measured else float(np.median(noise.load_sd))
+    load_sd = one_load / np.sqrt(touches.reads_of_load if measured else np.ones(touches.n_touches))
     alive = np.isfinite(touches.readings)
     by_load, shared = np.where(alive, by_load, 0.0), np.where(alive, shared, 0.0)
     return np.asarray(with_load_error(variance, by_load, load_sd) + covariance_of_shared(shared))

@@ -61,6 +61,30 @@ def test_the_mean_is_that_of_data_and_prior_together() -> None:
     np.testing.assert_allclose(found.mean, expected, rtol=1e-6)
 
 
+def planned_load_sd(fitted: Fitted, reads: np.ndarray) -> np.ndarray:
+    """Errors of the loads (t,) of planned touches, N: elements 1 and 2 share them, and nothing else."""
+    touches = replace(some_touches(fitted, (0.0, 0.0, 0.0)), load_reads=reads)
+    covariance = planned_readings(fitted, touches).noise
+    by_load = fitted.model.by_load(fitted.vector)[np.arange(0, 40, 13)[:3]]
+    return np.asarray(np.sqrt(covariance[:, 0, 1] / (by_load[:, 0] * by_load[:, 1])))
+
+
+def test_a_planned_load_has_the_noise_of_its_readings() -> None:
+    fitted = recovered(CROSSTALK, 1).fitted
+    one = np.median(fitted.noise.load_sd * np.sqrt(fitted.model.known.means.reads_of_load))
+    reads = np.array([1.0, 4.0, 2500.0])
+    np.testing.assert_allclose(planned_load_sd(fitted, reads), one / np.sqrt(reads), rtol=1e-3)
+
+
+def test_loads_that_were_not_measured_are_no_better_for_more_readings() -> None:
+    fitted = recovered(CROSSTALK, 1).fitted
+    known = fitted.model.known
+    means = replace(known.means, load=np.full_like(known.means.load, np.nan))
+    fitted = replace(fitted, model=fitted.model.observing(replace(known, means=means)))
+    found = planned_load_sd(fitted, np.array([1.0, 4.0, 2500.0]))
+    np.testing.assert_allclose(found, np.median(fitted.noise.load_sd), rtol=1e-3)
+
+
 @pytest.mark.parametrize("case", DRIFTS, ids=lambda case: case.key)
 def test_a_drift_goes_on_as_the_exact_process_does(case: object) -> None:
     """Readings of the data and of the planned touches as one normal distribution, with dense matrices."""
