@@ -13,6 +13,7 @@ from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError, number_array, require_whole
 from bayestouch.model.planned_table import usual_load
 from bayestouch.results.data import require_calibration
+from bayestouch.results.keys import EFFECT_PEAK
 from bayestouch.results.objects import Calibration
 
 # Number of places along a line, and along each side of a plane.
@@ -101,15 +102,22 @@ def candidate_touches(
 def touches_to_read(calibration: Calibration) -> Touches:
     """Grid of touches that are read: as `candidate_touches`, over the places between the elements.
 
-    An element is taken to be where its reading per unit load is largest in the calibration. Beyond the outer elements
-    touches may calibrate, but cannot be read well.
+    An element is taken to be where its reading per unit load is largest in the calibration, beside that without touch.
+    Beyond the outer elements touches may calibrate, but cannot be read well.
     """
     rows = calibration.rows
     alive = responding(rows.observed)
     load = np.where(np.isfinite(rows.load), rows.load, 1.0)[:, None]
-    size = np.abs(rows.observed[:, alive] - np.nanmedian(rows.observed[:, alive], axis=0)) / load
+    size = np.abs(rows.observed - _without_touch(calibration))[:, alive] / load
     largest = np.nanargmax(size, axis=0)
     return candidate_touches(calibration, places=_even([axis[largest] for axis in rows.location.values()]))
+
+
+def _without_touch(calibration: Calibration) -> FloatArray:
+    """Fitted reading of each element without touch, (m,): a parameter of a pad, an effect of a finger."""
+    mode, m = calibration.mode, calibration.sensor.n_elements
+    share = np.array([mode.get(f"rest_offset_own_{e + 1:02d}", 0.0) for e in range(m)])
+    return np.asarray(mode["offset"] if "offset" in mode else share * calibration.extra.get(EFFECT_PEAK, 0.0))
 
 
 def _even(location: Sequence[FloatArray]) -> FloatArray:

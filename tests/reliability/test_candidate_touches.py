@@ -81,3 +81,38 @@ def test_a_stuck_element_plays_no_part() -> None:
         np.testing.assert_array_equal(getattr(found.readings, name), getattr(expected.readings, name))
     assert found.parameters[2].rows.shape[0] == 3
     np.testing.assert_array_equal(touches_to_read(one).angle_deg, touches_to_read(missing).angle_deg)
+
+
+@pytest.mark.parametrize("thickness", [3.0, 10.0])
+def test_touches_to_read_of_a_pad_are_between_its_elements(thickness: float) -> None:
+    """Also where the response is so wide that the median reading is far above zero, beside large offsets."""
+    design = bayestouch.PadDesign(
+        element_x_mm=(0.0, 5.0, 10.0), element_y_mm=None, thickness_mm=thickness, n_touches=4, calibration_step_mm=0.75
+    )
+    one = bayestouch.calibrate(bayestouch.simulate(design, seed=3).dataset, draws=100)
+    found = touches_to_read(one).x_mm
+    assert found is not None
+    # Places of the calibration are 0.75 mm apart, elements within 0.2 mm of the design; loads have noise.
+    assert (found.min(), found.max()) == (pytest.approx(0.0, abs=0.76), pytest.approx(10.0, abs=0.76))
+    offset = np.array([-5.0, 0.0, 5.0]) * np.nanmax(one.rows.observed)
+    moved = replace(
+        one,
+        rows=replace(one.rows, observed=one.rows.observed + offset),
+        mode={**one.mode, "offset": one.mode["offset"] + offset},
+    )
+    np.testing.assert_array_equal(touches_to_read(moved).x_mm, found)
+
+
+def test_rest_offsets_of_a_finger_do_not_move_the_touches_to_read() -> None:
+    one = calibrated()
+    share, peak = (-5.0, 3.0, 0.0, 5.0), np.nanmax(one.rows.observed, axis=0)
+    moved = replace(
+        one,
+        rows=replace(one.rows, observed=one.rows.observed + share * peak),
+        mode={**one.mode, **{f"rest_offset_own_{e + 1:02d}": np.asarray(x) for e, x in enumerate(share)}},
+        extra={**one.extra, "effect_peak": peak},
+    )
+    found = touches_to_read(one).angle_deg
+    assert found is not None
+    np.testing.assert_array_equal(touches_to_read(moved).angle_deg, found)
+    assert (found.min(), found.max()) == (pytest.approx(-13.2, abs=2.6), pytest.approx(13.2, abs=2.6))
