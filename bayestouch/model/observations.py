@@ -88,11 +88,28 @@ class Observations:
         return self.of_touches(self.held_s)
 
     def of_touches(self, values: FloatArray) -> FloatArray:
-        """Mean over the samples of each touch, (t,) or (t, m), of values (n,) or (n, m)."""
+        """Mean over the samples of each touch, (t,) or (t, m), of values (n,) or of values of the elements (n, m).
+
+        Values of an element are averaged over the samples in which it has a reading, as its readings are; where it has
+        none in a touch, over all samples.
+        """
+        if values.ndim == 2 and self._reading_weight is not None:
+            return np.asarray(self._summing @ (values * self._reading_weight))
         shape = (-1, *[1] * (values.ndim - 1))
         total = self._summing @ (values * self.weight.reshape(shape))
         weight = np.bincount(self.row_touch, weights=self.weight, minlength=self.n_touches)
         return np.asarray(total / weight.reshape(shape))
+
+    @cached_property
+    def _reading_weight(self) -> FloatArray | None:
+        """Weight of each reading in the mean of its touch, (n, m); None if no element lacks part of a touch."""
+        there = ~np.isnan(self.deviation)
+        read = self._summing @ there
+        size = np.bincount(self.row_touch, minlength=self.n_touches)[:, None]
+        if not ((read > 0) & (read < size)).any():
+            return None
+        weight = np.where(there | (read == 0)[self.row_touch], self.weight[:, None], 0.0)
+        return np.asarray(weight / (self._summing @ weight)[self.row_touch])
 
     @cached_property
     def _summing(self) -> Any:

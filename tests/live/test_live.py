@@ -14,7 +14,7 @@ from place_cases import SURFACE, missed_data
 import bayestouch
 from bayestouch import InputError, Reader
 from bayestouch.effects.stated import StatedModel
-from bayestouch.finger.reading.live_effects import blank_context
+from bayestouch.finger.reading.live_effects import FingerStream, blank_context
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.priors.indenter_text import indenter_from_text
 from bayestouch.reading.live import HeldTouch
@@ -53,6 +53,30 @@ def test_a_finger_with_an_effect_as_by_emcee(effect: str, size: float) -> None:
     data, calibration = sensor("finger", ((effect, size),), (effect,))
     mean, sd = apart(streamed(Reader(calibration), data.touches), *drawn(data.touches, calibration))
     assert np.mean((mean < MEAN) & (sd < SD)) >= 0.99
+
+
+def test_creep_of_an_element_is_averaged_over_the_samples_that_have_its_reading() -> None:
+    """The mean over the last six of ten samples follows from those over the first four and over all."""
+    data, calibration = sensor("finger", (("creep", 0.05),), ("creep",))
+    chain = FingerTouchReader.from_calibration(calibration, Options()).effects_chain
+    assert chain is not None
+    m, load = chain.model.n_elements, float(data.touches.load[0])
+
+    def factors(*lost: int) -> list[np.ndarray]:
+        stream, held = FingerStream(chain, exact=True), HeldTouch.none(m)
+        stream.begin(0.0)
+        out = []
+        for number in range(10):
+            values = np.where((np.arange(m) == 2) & (number in lost), np.nan, chain.model.peak)
+            held = stream.add(held, values, load, 0.2 * number, 1.0)
+            out.append(stream.context().scale[0])
+        return out
+
+    whole, partly, never = factors(), factors(0, 1, 2, 3), factors(*range(10))
+    assert partly[-1][2] == pytest.approx((10 * whole[-1][2] - 4 * whole[3][2]) / 6, rel=1e-12)
+    assert partly[-1][2] - whole[-1][2] > 0.001
+    np.testing.assert_array_equal(np.delete(partly[-1], 2), np.delete(whole[-1], 2))
+    np.testing.assert_array_equal(never, whole)
 
 
 def test_touches_before_a_stream_are_unknown_but_not_absent() -> None:

@@ -51,8 +51,18 @@ def test_means_and_deviations() -> None:
     np.testing.assert_allclose(found.touch_time_s, [1.75, 9.0])
     np.testing.assert_array_equal(found.load, [4.0, 7.0])
     columns = np.array([[1.0, 10.0], [2.0, 30.0], [8.0, 9.0]])
-    np.testing.assert_allclose(found.of_touches(columns), [[1.75, 25.0], [8.0, 9.0]])
+    # The second element has no reading in the first row.
+    np.testing.assert_allclose(found.of_touches(columns), [[1.75, 30.0], [8.0, 9.0]])
+    np.testing.assert_allclose(found.of_touches(columns[:, 1]), [25.0, 9.0])
     assert found.n_touches == 2 and found.table.n_rows == 3 and found.sessions == ((0.0, 9.0),)
+
+
+def test_values_of_an_element_without_readings_are_averaged_over_all_samples() -> None:
+    columns = np.array([[1.0, 10.0], [2.0, 30.0], [8.0, 9.0]])
+    lost = np.array([[False, False], [False, True], [False, False]])
+    np.testing.assert_allclose(observed().without(lost).of_touches(columns), [[1.75, 25.0], [8.0, 9.0]])
+    lost[0, 0] = True
+    np.testing.assert_allclose(observed().without(lost).of_touches(columns), [[2.0, 25.0], [8.0, 9.0]])
 
 
 def test_a_touch_is_within_the_times_of_its_samples() -> None:

@@ -94,6 +94,7 @@ class FingerStream:
     _total: FloatArray
     _counts: FloatArray
     _sums: FloatArray
+    _sums_read: FloatArray
     _history: History | None
     _missing_s: FloatArray = np.zeros(0)
 
@@ -136,7 +137,9 @@ class FingerStream:
         self._total += reads * np.where(here, values, 0.0)
         self._counts += reads * here
         if len(self.rows):
-            self._sums += reads * self._scale_and_shift(time_s, time_s - self._began, self._signal())
+            effects = reads * self._scale_and_shift(time_s, time_s - self._began, self._signal())
+            self._sums += effects
+            self._sums_read += effects * here
         return held.after(values, load, reads)
 
     def end(self) -> None:
@@ -156,7 +159,7 @@ class FingerStream:
         """Effects on the touch so far, without drifts and corrected loads."""
         if not len(self.rows):
             return self._blank if self._weight == 1 else self._with_reads()
-        mean = self._sums / self._weight
+        mean = self._mean_effects()
         read, when = (self._total / np.maximum(self._counts, 1e-300))[None], np.array([self._times / self._weight])
         known = np.array([end for end, _ in self._earlier])
         slopes = [(up - down) / width for up, down, width in zip(mean[1::2], mean[2::2], self._widths, strict=True)]
@@ -268,6 +271,15 @@ class FingerStream:
         self._history = None
         self._total, self._counts = np.zeros(m), np.zeros(m)
         self._sums = np.zeros((len(self._vectors), 2, m))
+        self._sums_read = np.zeros_like(self._sums)
+
+    def _mean_effects(self) -> FloatArray:
+        """Mean of `_scale_and_shift`, (v, 2, m), over the samples in which the element has a reading.
+
+        For an element without a reading it is the mean over all samples.
+        """
+        read = self._counts > 0
+        return np.asarray(np.where(read, self._sums_read, self._sums) / np.where(read, self._counts, self._weight))
 
     def _with_reads(self) -> EffectContext:
         return replace(self._blank, counts=self._counts[None].copy())
