@@ -30,6 +30,18 @@ def grouped_mean(values: FloatArray, group: IntArray, n: int, weights: FloatArra
     return np.asarray(first + np.divide(excess, total, out=np.zeros(n), where=total > 0), dtype=np.float64)
 
 
+def readings_of_groups(present: BoolArray, group: IntArray, n: int) -> FloatArray:
+    """Number of readings of each element in each of n groups, (n, m), from whether each row has it, (rows, m)."""
+    return np.stack([np.bincount(group, column, minlength=n) for column in present.T], axis=1)
+
+
+def uneven_groups(present: BoolArray, group: IntArray, n: int) -> BoolArray:
+    """Whether a row of each of n groups has some, but not all, of the elements that the group has. Shape (n,)."""
+    of_row, of_group = present.sum(axis=1), (readings_of_groups(present, group, n) > 0).sum(axis=1)
+    partly = (of_row > 0) & (of_row < of_group[group])
+    return np.asarray(np.bincount(group, partly, minlength=n) > 0)
+
+
 def first_of(values: FloatArray, group: IntArray, n: int) -> FloatArray:
     """First value that is not NaN in each of n groups; NaN for a group without values. Shape (n,)."""
     first = np.full(n, np.nan)

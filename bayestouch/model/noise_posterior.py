@@ -13,15 +13,18 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.data.grouping import readings_of_groups, uneven_groups
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Outliers
 from bayestouch.model.base import deviation_left
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise import AddedNoise, NoiseModel
 from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
+from bayestouch.model.observations import Observations
 from bayestouch.model.outlier_likelihood import OutlierLikelihood
 from bayestouch.model.outliers import RightReadings
 from bayestouch.model.whitening import Whitening, spread_of_samples
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne, log_density_of_contrasts
 
 # Range of the own variance of an element over the variance of all its noise.
 OWN = (0.003, 3.0)
@@ -72,7 +75,7 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
         noise, signal = fitted.noise, fitted.model.predict(fitted.vector).touches
         right = RightReadings(noise.sd, noise.peak, noise.added)
         terms: Terms = OutlierLikelihood.of(scatter, right.added_variance(signal) / scale**2)
-    elif others and effect.added(found.values):
+    elif effect.added(found.values) and (others or _lacks_readings(fitted.model.known)):
         terms = terms_beside_others(fitted, effect, scale)
     else:
         terms = terms_of(scatter, effect)
@@ -88,7 +91,16 @@ def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
     """
     if isinstance(effect, Outliers):
         return OutlierLikelihood.of(scatter)
-    return lambda values, own: scatter.weight @ effect.terms(scatter, values, own)
+    share = scatter.share
+    if share is None:
+        return lambda values, own: scatter.weight @ effect.terms(scatter, values, own)
+    weight = {share.shape[1]: share, 1: scatter.weight[:, None]}
+
+    def terms(values: Values, own: FloatArray) -> FloatArray:
+        of_readings = effect.terms(scatter, values, own)
+        return np.asarray((weight[of_readings.shape[1]] * of_readings).sum(axis=0))
+
+    return terms
 
 
 def _as_read(fitted: Fitted) -> Fitted:
@@ -108,28 +120,42 @@ def rewhitened(fitted: Fitted, noise: NoiseModel) -> Fitted:
 
 
 def terms_beside_others(fitted: Fitted, effect: NoiseEffect, scale: FloatArray) -> Terms:
-    """The same of an effect that adds noise, where the model has noise of other effects; their values are kept.
+    """The same of an effect that adds noise, where the model may have noise of other effects; their values are kept.
 
     Readings that are whitened by the noise so far do not have the distribution that `NoiseEffect.terms` describes: an
     error that elements share is smaller there where the signal is large. The variances of all effects add up instead.
-    `scale` (m,) is the unit of the own noise.
+    The result is exact also where samples lack single elements. `scale` (m,) is the unit of the own noise.
     """
     observed, predicted = fitted.model.known, fitted.model.predict(fitted.vector)
     deviation = deviation_left(observed.deviation, predicted.samples)
     present = ~np.isnan(deviation) & (observed.means.pure_error_dof > 0)
     deviation = np.where(present, deviation, 0.0)
-    count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
+    uneven = uneven_groups(present, observed.row_touch, observed.n_touches)
+    lacks = uneven[observed.row_touch]
+    count = readings_of_groups(present, observed.row_touch, observed.n_touches).max(axis=1)[observed.row_touch]
     # k samples have k - 1 independent deviations.
-    free = (count - 1) / count
+    free = np.where(lacks, 0.0, np.maximum(count - 1, 0) / np.maximum(count, 1))
+    group = (np.cumsum(uneven) - 1)[observed.row_touch[lacks]]
 
     def terms(values: Values, own: FloatArray) -> FloatArray:
         added = replace(fitted.noise.added, **effect.added(values))
         noise = fitted.noise.with_(sd=np.sqrt(own) * scale, added=added)
         spread = spread_of_samples(observed, noise, predicted.touches, present)
         log_variance = np.where(present, 2 * np.log(spread.sd), 0.0).sum(axis=1) + np.log1p(spread.length2)
-        return np.array([-0.5 * (spread.squared_distance(deviation).sum() + free @ log_variance)])
+        squares = spread.squared_distance(deviation)
+        if not lacks.any():
+            return np.array([-0.5 * (squares.sum() + free @ log_variance)])
+        partly = DiagonalPlusRankOne(spread.sd[lacks], spread.direction[lacks])
+        exact = log_density_of_contrasts(partly, deviation[lacks], group, int(uneven.sum())).sum()
+        return np.array([exact - 0.5 * (squares[~lacks].sum() + free @ log_variance)])
 
     return terms
+
+
+def _lacks_readings(observed: Observations) -> bool:
+    """Whether samples lack elements that their touch has."""
+    present = ~np.isnan(observed.deviation) & (observed.means.pure_error_dof > 0)
+    return bool(uneven_groups(present, observed.row_touch, observed.n_touches).any())
 
 
 def noise_posterior(

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.grouping import readings_of_groups
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Scatter
 from bayestouch.model.base import deviation_left
@@ -55,16 +56,25 @@ class TouchScatter(Scatter):
     Attributes
     ----------
     weight : (n,) array
-        Weight of a sample in the log likelihood: k samples have k - 1 independent deviations.
+        Weight of a sample in the log likelihood: k samples have k - 1 independent deviations. It is the mean over the
+        elements that the sample has, where these have different numbers of readings in the touch.
     touch : (n,) int array
         Touch of each sample.
     half : (n,) int array
         0 or 1: the half of the touches to which the sample belongs.
+    share : (n, m) array or None
+        The weight of each reading; None if those of a sample are equal.
     """
 
     weight: FloatArray
     touch: IntArray
     half: IntArray
+    share: FloatArray | None = None
+
+    @property
+    def weight_of_readings(self) -> FloatArray:
+        """Weight of each reading in the log likelihood, (n, m) or (n, 1)."""
+        return self.weight[:, None] if self.share is None else self.share
 
     def log_density(self, effect: NoiseEffect, values: Values, part: TouchScatter | None = None) -> FloatArray:
         """Log density of each sample under an effect, times its weight, (n,), or of the samples of a `part`.
@@ -72,44 +82,64 @@ class TouchScatter(Scatter):
         The own noise of the elements is always estimated from all samples.
         """
         part = self if part is None else part
-        return np.asarray(effect.terms(part, values, effect.own(self, values)).sum(axis=1) * part.weight)
+        terms = effect.terms(part, values, effect.own(self, values))
+        if part.share is None or terms.shape != part.share.shape:
+            return np.asarray(terms.sum(axis=1) * part.weight)
+        return np.asarray((terms * part.share).sum(axis=1))
 
     def part(self, rows: NDArray[np.bool_]) -> TouchScatter:
         """Some of the samples."""
         z, signal, weight = self.z[rows], self.signal[rows], self.weight[rows]
-        return replace(self, z=z, signal=signal, weight=weight, touch=self.touch[rows], half=self.half[rows])
+        share = None if self.share is None else self.share[rows]
+        return replace(
+            self, z=z, signal=signal, weight=weight, touch=self.touch[rows], half=self.half[rows], share=share
+        )
 
     @classmethod
     def of(cls, fitted: Fitted) -> TouchScatter | None:
-        """Scatter of the touches of a fitted model; None if no touch has repeated samples, or all of them are equal."""
+        """Scatter of the touches of a fitted model; None if no touch has repeated samples, or all of them are equal.
+
+        A row without readings is no sample, and k is the number of readings of each element. Elements of a touch that
+        have readings in different rows share less of a common error than this assumes: their means are over different
+        rows.
+        """
         model = fitted.model
         observed, predicted = model.known, model.predict(fitted.vector)
-        count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
-        repeated = count > 1
+        present = ~np.isnan(observed.deviation)
+        count = np.where(
+            present, readings_of_groups(present, observed.row_touch, observed.n_touches)[observed.row_touch], 0
+        )
+        repeated = count.max(axis=1) > 1
         # Samples of an element that are all equal say nothing of its noise.
         told = observed.means.pure_error_dof > 0
         if not repeated.any() or not told.any():
             return None
         rows = np.flatnonzero(repeated)
-        share = 1 - 1 / count[rows]
+        share = 1 - 1 / np.maximum(count[rows], 1)
         # Whitened by the noise that the model already has: the search is for further effects.
         deviation = deviation_left(observed.deviation, predicted.samples)
-        white = fitted.whitening.samples(deviation)[rows] / np.sqrt(share)[:, None]
-        z = np.where(np.isnan(deviation[rows]) | ~told, np.nan, white)
+        free = (share > 0) & told
+        white = fitted.whitening.samples(deviation)[rows] / np.sqrt(np.where(free, share, 1.0))
+        z = np.where(free, white, np.nan)
         # Scaled to variance one for each element: the search is for the shape of the distribution, not its size.
-        present = ~np.isnan(z)
-        total = np.maximum((present * share[:, None]).sum(axis=0), 1e-300)
-        size = np.sqrt((np.where(present, z, 0.0) ** 2 * share[:, None]).sum(axis=0) / total)
+        total = np.maximum((free * share).sum(axis=0), 1e-300)
+        size = np.sqrt((np.where(free, z, 0.0) ** 2 * share).sum(axis=0) / total)
         size = np.where(size > 0, size, 1.0)
         touch = observed.row_touch[rows]
+        share = np.where(free, share, 0.0)
+        # Less than the largest by the mean of the differences: equal shares keep all digits.
+        largest = share.max(axis=1, keepdims=True)
+        less = np.where(free, largest - share, 0.0)
+        weight = largest[:, 0] - less.sum(axis=1) / np.maximum(free.sum(axis=1), 1)
         return cls(
             z=z / size,
             signal=predicted.touches[touch] / model.peak,
             sd=size * fitted.noise.sd / model.peak,
             peak=model.peak / model.peak.mean(),
-            weight=share,
+            weight=weight,
             touch=touch,
             half=(touch // 8) % 2,
+            share=share if less.any() else None,
         )
 
 

@@ -252,7 +252,7 @@ def _grouped(scatter: TouchScatter) -> tuple[FloatArray, IntArray, IntArray]:
     """
     # `z` is a deviation divided by the root of its weight, which made its variance one; this is undone here.
     number, group = np.unique(scatter.touch, return_inverse=True)
-    deviation = grouped_samples(scatter.z * np.sqrt(scatter.weight)[:, None], group)
+    deviation = grouped_samples(scatter.z * np.sqrt(scatter.weight_of_readings), group)
     t, m, k = deviation.shape
     flat, element = deviation.reshape(-1, k), np.tile(np.arange(m), t)
     several = _count(flat) > 1

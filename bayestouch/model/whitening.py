@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.arrays import read_once
+from bayestouch.data.grouping import readings_of_groups, uneven_groups
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
@@ -57,13 +58,19 @@ class Whitening:
     def log_volume_within(self, touch: IntArray) -> FloatArray:
         """The same of the deviations of samples from the mean of their touch, (t,).
 
-        `touch` (n,) is the touch of each sample. Of n samples, n - 1 deviations are independent.
+        `touch` (n,) is the touch of each sample. Of n readings of an element, n - 1 deviations are independent. For a
+        shared error n is that of the element that is read most, which is exact if no sample lacks single elements.
         """
-        logs = np.where(np.isfinite(self.sample_sd), -np.log(self.sample_sd), 0.0).sum(axis=1)
-        logs -= 0.5 * np.log1p(DiagonalPlusRankOne(self.sample_sd, self.sample_shared).length2)
-        count = np.bincount(touch, minlength=len(self.root))
-        free = np.maximum(count - 1, 0) / np.maximum(count, 1)
-        return np.asarray(np.bincount(touch, weights=logs, minlength=len(self.root)) * free)
+        present, t = np.isfinite(self.sample_sd), len(self.root)
+        own = np.where(present, -np.log(self.sample_sd), 0.0)
+        shared = 0.5 * np.log1p(DiagonalPlusRankOne(self.sample_sd, self.sample_shared).length2)
+        count = readings_of_groups(present, touch, t)
+        of_element = np.maximum(count - 1, 0) / np.maximum(count, 1)
+        free = of_element.max(axis=1)
+        if not uneven_groups(present, touch, t).any():
+            return np.asarray(np.bincount(touch, weights=own.sum(axis=1) - shared, minlength=t) * free)
+        total = (own * of_element[touch]).sum(axis=1) - shared * free[touch]
+        return np.asarray(np.bincount(touch, weights=total, minlength=t))
 
     def columns(self, raw: FloatArray) -> WhiteColumns:
         """Whitened columns from columns of mean readings (c, t, m)."""

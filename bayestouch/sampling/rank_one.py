@@ -53,6 +53,43 @@ class DiagonalPlusRankOne:
         return np.asarray((z * z).sum(axis=-1) - (u * z).sum(axis=-1) ** 2 / (1 + self.length2))
 
 
+def log_density_of_contrasts(
+    spread: DiagonalPlusRankOne, rows: FloatArray, group: NDArray[np.int64], n: int
+) -> FloatArray:
+    """Log density of rows (r, m) in n groups whatever the mean of each entry in each group, (n,), up to a constant.
+
+    It is that of orthonormal contrasts of the present rows of each entry, without its powers of 2π: the residual
+    likelihood of H. D. Patterson and R. Thompson, Biometrika 58, 545 (1971). Rows may lack any entries.
+
+    Parameters
+    ----------
+    spread : DiagonalPlusRankOne
+        Covariance of the rows, (r, m).
+    rows : (r, m) array
+        The rows, relative to any origin of each entry in each group; zero where excluded.
+    group : (r,) int array
+        Group of each row, from 0 to n - 1.
+    """
+    m = rows.shape[1]
+    weight, length = spread.sd**-2.0, 1 + spread.length2
+    pulled = weight * spread.direction / np.sqrt(length)[:, None]
+    along = weight * rows - pulled * (pulled * rows).sum(axis=1, keepdims=True)
+    log_variance = np.where(weight > 0, -np.log(np.where(weight > 0, weight, 1.0)), 0.0).sum(axis=1) + np.log(length)
+    own = np.bincount(group, spread.squared_distance(rows) + log_variance, minlength=n)
+    size = np.bincount(group, minlength=n)
+    order = np.argsort(group, kind="stable")
+    place = group[order], np.arange(len(group)) - (np.cumsum(size) - size)[group[order]]
+    placed = np.zeros((4, n, int(size.max(initial=0)), m))
+    placed[:, place[0], place[1]] = np.stack([weight, pulled, along, weight > 0])[:, order]
+    total, _, score, count = placed.sum(axis=2)
+    precision = -np.swapaxes(placed[1], 1, 2) @ placed[1]
+    np.einsum("gii->gi", precision)[:] += np.where(count > 0, total, 1.0)
+    _, log_determinant = np.linalg.slogdet(precision)
+    moved = np.linalg.solve(precision, score[:, :, None])[:, :, 0]
+    lost = log_determinant - np.log(np.maximum(count, 1)).sum(axis=1) - (moved * score).sum(axis=1)
+    return np.asarray(-0.5 * (own + lost))
+
+
 def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present: NDArray[np.bool_]) -> FloatArray:
     """``L^-1`` of ``diag(variance) + Σ v vᵀ = L Lᵀ`` for t rows of m entries with several shared errors, (t, m, m).
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.linalg import helmert
+from scipy.linalg import block_diag, helmert
 
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import CommonModeNoise, NoiseEffect, Outliers, SignalDependentNoise
@@ -173,13 +173,21 @@ def test_what_samples_say_nothing_of_is_as_uncertain_as_its_prior() -> None:
         (CommonModeNoise(), (0.04, 0.4), AddedNoise(share=0.03, power=0.7)),
     ],
 )
-def test_variances_of_two_effects_of_the_noise_add_up(effect: NoiseEffect, values: Values, before: AddedNoise) -> None:
-    """In either order of the effects: the normal density of contrasts; one element of a touch is missing."""
+@pytest.mark.parametrize("single", [False, True])
+def test_variances_of_two_effects_of_the_noise_add_up(
+    effect: NoiseEffect, values: Values, before: AddedNoise, single: bool
+) -> None:
+    """In either order of the effects: the normal density of contrasts; elements of touches or samples are missing."""
     rng = np.random.default_rng(7)
     samples, signal = rng.standard_normal((TOUCHES, SAMPLES, M)), rng.uniform(-0.2, 1.1, (TOUCHES, M))
     samples[3, :, 1] = np.nan
+    if single:
+        samples[5, 0, 0], samples[6, :2, 2], samples[6, 3, 0], samples[7, 1] = np.nan, np.nan, np.nan, np.nan
+        samples[8, 1:, 1] = np.nan
+    here = ~np.isnan(samples)
+    means = np.where(here, samples, 0.0).sum(axis=1, keepdims=True) / np.maximum(here.sum(axis=1, keepdims=True), 1)
     known: Any = SimpleNamespace(
-        deviation=(samples - samples.mean(axis=1, keepdims=True)).reshape(-1, M),
+        deviation=(samples - means).reshape(-1, M),
         row_touch=np.repeat(np.arange(TOUCHES), SAMPLES),
         n_touches=TOUCHES,
         weight=np.ones(TOUCHES * SAMPLES),
@@ -192,11 +200,14 @@ def test_variances_of_two_effects_of_the_noise_add_up(effect: NoiseEffect, value
     shared = 0.04 * PEAK**0.6 * PEAK.mean() ** 0.4
     wanted = 0.0
     for touch in range(TOUCHES):
-        some = ~np.isnan(samples[touch, 0])
         grown = (0.03 * PEAK * np.abs(signal[touch] / PEAK) ** 0.7) ** 2
-        covariance = (np.diag(own * scale**2 + grown) + np.outer(shared, shared))[np.ix_(some, some)]
-        contrasts = CONTRASTS @ samples[touch][:, some]
-        wanted += stats.multivariate_normal(np.zeros(some.sum()), covariance).logpdf(contrasts).sum()
-        wanted += 0.5 * contrasts.size * np.log(2 * np.pi)
+        covariance = np.kron(np.diag(own * scale**2 + grown) + np.outer(shared, shared), np.eye(SAMPLES))
+        there = ~np.isnan(samples[touch].T)
+        parts = [helmert(int(some.sum())) if some.any() else np.zeros((0, 0)) for some in there]
+        contrasts, some = block_diag(*parts), there.ravel()
+        law = contrasts @ covariance[np.ix_(some, some)] @ contrasts.T
+        seen = contrasts @ samples[touch].T.ravel()[some]
+        wanted += stats.multivariate_normal(np.zeros(len(seen)), law).logpdf(seen)
+        wanted += 0.5 * len(seen) * np.log(2 * np.pi)
     (found,) = terms_beside_others(fitted, effect, scale)(values, own)
     assert found == pytest.approx(wanted, rel=1e-12)

@@ -70,6 +70,34 @@ def test_scatter_of_touches() -> None:
     np.testing.assert_allclose(again.sd[1], np.sqrt(2 * 1.0 / 1) * 2 / 30)
 
 
+def test_only_readings_count_as_samples() -> None:
+    """Four rows: one is empty, and the second element lacks one more; another touch has one reading of each."""
+    nan = np.nan
+    deviation = [[4.0, 1.0], [-6.0, -1.0], [2.0, nan], [nan, nan], [0.0, nan], [nan, 0.0]]
+    found = TouchScatter.of(fitted(deviation, [0, 0, 0, 0, 1, 1]))
+    assert found is not None and found.share is not None
+    np.testing.assert_array_equal(found.touch, [0, 0, 0])
+    np.testing.assert_allclose(found.share, [[2 / 3, 1 / 2], [2 / 3, 1 / 2], [2 / 3, 0]])
+    np.testing.assert_allclose(found.weight, [7 / 12, 7 / 12, 2 / 3])
+    # Squares of the whitened deviations 14 over 2 free ones, and 1/2 over 1.
+    size = np.sqrt([7.0, 0.5])
+    np.testing.assert_allclose(found.sd, size * 2 / [10, 30])
+    np.testing.assert_allclose(found.z[:3, 0], np.array([2, -3, 1]) / np.sqrt(2 / 3) / size[0])
+    assert np.isnan(found.z[2, 1])
+    density = found.log_density(Wider(), (1.0,), found.part(np.array([True, True, False])))
+    np.testing.assert_allclose(density, (stats.norm.logpdf(found.z) * found.share).sum(axis=1)[:2])
+
+
+def test_empty_rows_change_nothing() -> None:
+    nan, deviation = np.nan, [[4.0, 1.0], [-6.0, -2.0], [2.0, 1.0]]
+    whole = TouchScatter.of(fitted(deviation, [0, 0, 0]))
+    found = TouchScatter.of(fitted([*deviation, [nan, nan], [nan, nan]], [0] * 5))
+    assert whole is not None and found is not None and found.share is None
+    for name in ("z", "weight", "signal"):
+        np.testing.assert_array_equal(getattr(found, name)[:3], getattr(whole, name))
+    np.testing.assert_array_equal(found.sd, whole.sd)
+
+
 def test_an_element_that_never_scatters_keeps_its_size() -> None:
     found = TouchScatter.of(fitted([[4.0, 0.0], [-4.0, 0.0]], [0, 0]))
     assert found is not None

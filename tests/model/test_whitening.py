@@ -96,3 +96,15 @@ def test_volume_of_deviations_with_a_shared_error() -> None:
     white = Whitening(np.zeros((1, 3, 3)), np.tile(sd, (4, 1)), np.tile(shared, (4, 1)))
     _, log_determinant = np.linalg.slogdet(np.diag(sd**2) + np.outer(shared, shared))
     assert white.log_volume_within(np.zeros(4, dtype=int))[0] == pytest.approx(-3 * 0.5 * log_determinant, rel=1e-12)
+
+
+def test_rows_without_readings_have_no_volume() -> None:
+    """Also where the elements of a touch lack different rows: each element has one deviation less than readings."""
+    sd = np.array([[0.5, 2.0], [0.5, 2.0], [0.5, 2.0], [np.inf, np.inf]])
+    white = Whitening(np.zeros((1, 2, 2)), sd, np.zeros((4, 2)))
+    assert white.log_volume_within(np.zeros(4, dtype=int))[0] == pytest.approx(
+        -2 * np.log(0.5) - 2 * np.log(2.0), 1e-12
+    )
+    sd[0, 1] = np.inf
+    white = Whitening(np.zeros((1, 2, 2)), sd, np.zeros((4, 2)))
+    assert white.log_volume_within(np.zeros(4, dtype=int))[0] == pytest.approx(-2 * np.log(0.5) - np.log(2.0), 1e-12)

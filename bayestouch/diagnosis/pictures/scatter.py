@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bayestouch.data.grouping import readings_of_groups
 from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.model.base import deviation_left
 from bayestouch.model.fitting import Fitted
@@ -47,8 +48,9 @@ class _Samples:
         observed, model = fitted.model.known, fitted.model
         predicted = model.predict(fitted.vector)
         within = deviation_left(observed.deviation, predicted.samples)
-        count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
-        self.share = np.where(count[:, None] > 1, within / np.sqrt(np.maximum(1 - 1 / count, 0.5))[:, None], np.nan)
+        present = ~np.isnan(observed.deviation)
+        count = readings_of_groups(present, observed.row_touch, observed.n_touches)[observed.row_touch]
+        self.share = np.where(count > 1, within / np.sqrt(1 - 1 / np.maximum(count, 2)), np.nan)
         self.share = self.share / model.peak
         self.sd = fitted.noise.sd / model.peak
         self.signal = predicted.touches[observed.row_touch] / model.peak
