@@ -7,7 +7,7 @@ independently of the noise, layout and prior densities of the likelihood.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -212,10 +212,14 @@ def simulate_calibration(
     assert means.angle_deg is not None
     place = composite_radius(means.indenter_radius_mm, design.finger.outer_radius_mm), np.radians(means.angle_deg)
     if design.added.effects:
-        clean, drawn = _with_effects(design, chain, means, loads, rng)
+
+        def measured(clean: FloatArray, rng: np.random.Generator) -> FloatArray:
+            missed = rng.normal(0.0, true["discrepancy_sd"], (len(ids), chain.n_elements))
+            readings = rng.normal(clean + missed[group], true["noise_sd"])
+            return np.where(np.isnan(touches.readings), np.nan, readings)
+
+        readings, drawn = _with_effects(design, chain, means, loads, measured, rng)
         true |= drawn
-        missed = rng.normal(0.0, true["discrepancy_sd"], (len(ids), chain.n_elements))
-        readings = rng.normal(clean + missed[group], true["noise_sd"])
     else:
         clean = chain.predict(*place, loads)
         readings = rng.normal(rng.normal(clean, true["discrepancy_sd"])[group], true["noise_sd"])
@@ -231,9 +235,14 @@ def simulate_calibration(
 
 
 def _with_effects(
-    design: CalibrationDesign, chain: FingerChain, means: TouchMeans, loads: FloatArray, rng: np.random.Generator
+    design: CalibrationDesign,
+    chain: FingerChain,
+    means: TouchMeans,
+    loads: FloatArray,
+    measured: Callable[[FloatArray, np.random.Generator], FloatArray],
+    rng: np.random.Generator,
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Return readings (n, m) of all samples with effects, without noise, and the values of the effects by name."""
+    """Return readings (n, m) of all samples with effects, as `measured`, and the values of the effects by name."""
     added, values = design.added, design.added.draw(rng)
     for effect, each in zip(added.effects, values, strict=True):
         chain = effect.finger(chain, each)
@@ -252,6 +261,7 @@ def _with_effects(
         loads,
         np.abs(chain.response) * added.reference_load,
         press,
+        measured,
         rng,
     )
     return readings, added.named(values)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.recording import Recording
+from bayestouch.chain.recording import History, Recording
 from bayestouch.chain.smooth import matern_3_2
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
@@ -21,6 +22,9 @@ from bayestouch.effects.stated import StatedModel
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
+
+# Readings that depend on earlier touches are iterated until none changes by more than this share of the peak.
+SETTLED = 1e-12
 
 
 def known_touches(table: Touches) -> Touches:
@@ -93,9 +97,13 @@ class SimulatedEffects:
         load: FloatArray,
         peak: FloatArray,
         press: Callable[[Recording], FloatArray],
+        measured: Callable[[FloatArray, np.random.Generator], FloatArray],
         rng: np.random.Generator,
     ) -> FloatArray:
-        """Readings (n, m) of all samples with the effects, without the noise of the sensor.
+        """Readings (n, m) of all samples with the effects, as measured.
+
+        A calibration takes the earlier touches as they were measured, with their noise. So effects that remember them
+        are found by iteration: each step settles one more touch at least, with the same random numbers.
 
         Parameters
         ----------
@@ -111,8 +119,10 @@ class SimulatedEffects:
             Peak readings, the unit of shares.
         press : callable
             Signals (t, m) of touches before effects on the signal.
+        measured : callable
+            From readings (n, m) without the noise of the sensor to those that are recorded, NaN missing.
         rng : Generator
-            Random numbers of drifts and of noise effects.
+            Random numbers of drifts, of noise effects and of `measured`.
         """
         ids, group = groups(touches.touch)
         clock = Timing.of(touches)
@@ -142,10 +152,24 @@ class SimulatedEffects:
             held_s=clock.held_s,
             signal=press(by_touch)[group],
         )
-        for effect, each in pairs:
-            drifts = [rows.signal + d.scale(rows) * drift_of(d, each, by_touch, rng)[group] for d in of_time([effect])]
-            rows = replace(rows, signal=drifts[0] if drifts else effect.simulate(rows, each, rng))
-        return rows.signal
+
+        def recorded(history: History | None, rng: np.random.Generator) -> FloatArray:
+            now = replace(rows, history=history)
+            for effect, each in pairs:
+                drifts = [drift_of(d, each, by_touch, rng)[group] * d.scale(now) for d in of_time([effect])]
+                now = replace(now, signal=now.signal + drifts[0] if drifts else effect.simulate(now, each, rng))
+            return measured(now.signal, rng)
+
+        if not any(effect.remembers for effect in self.effects):
+            return recorded(None, rng)
+        (own,) = rng.spawn(1)
+        readings = recorded(None, deepcopy(own))
+        for _ in ids:
+            before = readings
+            readings = recorded(History.of(group, clock.time_s, before), deepcopy(own))
+            if np.nanmax(np.abs(readings - before) / peak) <= SETTLED:
+                break
+        return readings
 
 
 def drift_of(effect: RandomEffect, values: Values, touches: Recording, rng: np.random.Generator) -> FloatArray:

@@ -143,13 +143,15 @@ class PadCalibrationDesign:
         def press(recording: Recording) -> FloatArray:
             return recording.load[:, None] * chain.sensitivity(np.stack(recording.place, axis=1))
 
+        def measured(clean: FloatArray, rng: np.random.Generator) -> FloatArray:
+            return np.where(np.isnan(touches.readings), np.nan, rng.normal(offset + clean, noise))
+
         of_effects = self.added.draw(rng)
-        clean = self.added.readings(
-            of_effects, touches, means, tuple(place.T), tuple(means.location.T), load, peak, press, rng
-        )
         scatter = rng.normal(0.0, force_sd, len(group))
         scatter -= grouped_mean(scatter, group, len(ids))[group]
+        readings = self.added.readings(
+            of_effects, touches, means, tuple(place.T), tuple(means.location.T), load, peak, press, measured, rng
+        )
         true = {"gain": gain, "offset": offset, **{f"{c}_s": x for c, x in zip(COORDINATES, place.T, strict=False)}}
         true |= {each.name: np.asarray(value) for each, value in zip(kernel.parameters, values, strict=True)}
-        readings = np.where(np.isnan(touches.readings), np.nan, rng.normal(offset + clean, noise))
         return true | self.added.named(of_effects), touches.with_(readings=readings, load=means.load[group] + scatter)

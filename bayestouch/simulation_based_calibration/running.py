@@ -26,7 +26,7 @@ class Ranking(Protocol):
 def check_calibration(
     design: Ranking, simulations: int, progress: Progress | None, scheduler: str | None = None
 ) -> RankStatistics:
-    """Return the ranks of all parameters, of the true loads of the first and last touch, and of the log density.
+    """Return the ranks of all parameters and, where the design has them, of true loads and of the log density.
 
     The log density of the posterior is a function of parameters and data: its rank reveals errors that marginal ranks
     may not show (Modrák et al. 2023, doi:10.1214/23-BA1404).

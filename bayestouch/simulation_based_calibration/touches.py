@@ -93,8 +93,9 @@ def sbc(
     Returns
     -------
     RankStatistics
-        Ranks by parameter. For a calibration, by parameter and element (``"r_s e03"``), with two true loads and the
-        log density. `RankStatistics.passes` tests whether all are uniform.
+        Ranks by parameter. For a calibration, by parameter and element (``"r_s e03"``). With them, those of the log
+        density (not of a pad with effects), and of two true loads (of a finger without effects).
+        `RankStatistics.passes` tests whether all are uniform.
 
     Raises
     ------

@@ -11,7 +11,9 @@ from scipy import stats
 import bayestouch
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.random import RandomEffect
+from bayestouch.effects.readout import Memory
 from bayestouch.errors import InputError
+from bayestouch.model.timing import Timing
 from bayestouch.simulation import FingerDesign, PadDesign
 from bayestouch.simulation_based_calibration.calibrations import CalibrationDesign, simulate_calibration
 from bayestouch.simulation_based_calibration.effects import drift_of
@@ -71,6 +73,7 @@ def test_readings_have_crosstalk_and_creep() -> None:
         means.load,
         np.ones(3),
         lambda recording: signal,
+        lambda clean, rng: clean,
         np.random.default_rng(1),
     )
     up, down = 0.05 * (1 - 0.4), 0.05 * (1 + 0.4)
@@ -78,6 +81,45 @@ def test_readings_have_crosstalk_and_creep() -> None:
     creep = 1 + 0.2 * (1 - np.exp(-0.25 * design.touches.sample / 0.8))
     rows = np.repeat(signal, 4, axis=0)
     np.testing.assert_allclose(found, rows @ leaks.T * creep[:, None], rtol=1e-12)
+
+
+@pytest.mark.parametrize("on_pad", [False, True])
+def test_readings_have_what_measured_touches_left(on_pad: bool) -> None:
+    """Written out in the order of time: what is left of the means of earlier touches, with their noise and gaps."""
+    if on_pad:
+        design: CalibrationDesign | PadCalibrationDesign = PadCalibrationDesign.of(
+            bayestouch.simulate(LINE, seed=1).dataset, "gaussian", 100, 1, ("memory",)
+        )
+    else:
+        design = finger_design("memory")
+    touches, (memory,) = design.touches, design.added.effects
+    assert isinstance(memory, Memory)
+    means, noise = touches.averaged(), np.random.default_rng(5).normal(0.0, 0.3, touches.readings.shape)
+    noise[:4, 1] = np.nan
+    signal = np.random.default_rng(4).normal(size=(means.n_touches, 3))
+    share, time = 0.2, 2 * memory.pause_s
+    found = design.added.readings(
+        ((share, time, 0.0),),
+        touches,
+        means,
+        (np.array([-8.8, 0.0, 8.8]),),
+        (means.load,),
+        means.load,
+        np.ones(3),
+        lambda recording: signal,
+        lambda clean, rng: clean + noise,
+        np.random.default_rng(1),
+    )
+    clock, expected = Timing.of(touches), np.empty_like(noise)
+    left, end = np.zeros(3), 0.0
+    for t, touch in enumerate(means.touch):
+        rows = touches.touch == touch
+        since = clock.time_s[rows, None] - end
+        after_pause = np.exp(-memory.pause_s / time)
+        expected[rows] = signal[t] + share * left * np.exp(-since / time) / after_pause + noise[rows]
+        left = left * np.exp(-since[-1] / time) + np.nan_to_num(expected[rows]).mean(axis=0)
+        end = clock.time_s[rows][-1]
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_the_finger_is_the_same_with_effects_as_without() -> None:
