@@ -74,10 +74,18 @@ class Noise(Summarised):
         return self
 
     def widened(self, excess: float) -> Self:
-        """This noise multiplied by `excess`, so that it covers the misfit of readings."""
+        """This noise of the readings multiplied by `excess`, so that it covers their misfit.
+
+        Errors of the load stay: readings that miss the model under every load do not show them.
+        """
         if excess == 1:
             return self
-        return replace(self, tactile_sd=self.tactile_sd * excess, discrepancy_sd=self.discrepancy_sd * excess)
+        return replace(
+            self,
+            tactile_sd=excess * self.tactile_sd,
+            discrepancy_sd=excess * self.discrepancy_sd,
+            signal_share=excess * self.signal_share,
+        )
 
     def apart(self) -> Noise:
         """The same noise, but errors that elements share, see `shared_errors`, are errors of each element alone."""

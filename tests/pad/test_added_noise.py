@@ -73,14 +73,17 @@ def test_without_shared_errors_there_are_none(common_touch: float) -> None:
     assert len(made.shared_errors(COUNTS[None])) == (common_touch > 0)
 
 
-def test_a_misfit_widens_all_of_it_but_the_share_of_the_model() -> None:
-    made = noise()
-    wide = made.widened(2.0)
-    shared = made.shared_errors(COUNTS[None])
-    np.testing.assert_allclose(wide.shared_errors(COUNTS[None]), 2 * shared, rtol=1e-12)
-    model = (SHARE * SIGNAL) ** 2
-    own = made.own_variance(COUNTS, SIGNAL) - model
-    np.testing.assert_allclose(wide.own_variance(COUNTS, SIGNAL) - model, 4 * own, rtol=1e-12)
+@pytest.mark.parametrize("share_of_peak", [0.0, 0.1, 0.5, 1.0])
+@pytest.mark.parametrize("made", [noise(), noise().without_effects()], ids=["with effects", "without"])
+def test_a_misfit_widens_the_noise_at_every_signal(made: Noise, share_of_peak: float) -> None:
+    wide, signal = made.widened(3.0), share_of_peak * PEAK
+    for before, after in (
+        (made.mean_sd(COUNTS, signal), wide.mean_sd(COUNTS, signal)),
+        (made.own_sd(COUNTS, signal), wide.own_sd(COUNTS, signal)),
+        (made.shared_errors(COUNTS[None]), wide.shared_errors(COUNTS[None])),
+    ):
+        np.testing.assert_allclose(after, 3 * before, rtol=1e-12)
+    assert (wide.force_sd, wide.load_scatter) == (made.force_sd, made.load_scatter)
 
 
 def test_the_noise_of_the_calibration_is_that_without_effects() -> None:
