@@ -79,12 +79,26 @@ class PadMap:
         """Number of coordinates."""
         return len(self.origin)
 
-    def exact(self) -> PadMap:
-        """Return the same map without uncertainty (plug-in)."""
+    def exact(self, place_error: float = 0.0) -> PadMap:
+        """Return the same map without the uncertainty of the calibration (plug-in).
+
+        Parameters
+        ----------
+        place_error : float
+            Standard deviation of the error of the place of a touch along each coordinate, mm. It is no uncertainty of
+            the calibration, and stays in `shared`.
+        """
         none = np.zeros_like(self.variance)
         exact = replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
         change = None if self.variance_by_load is None else np.zeros_like(self.variance_by_load)
-        return replace(exact, shared=None, by_effect=None, offset_by_effect=None, variance_by_load=change)
+        shared = self._displaced(place_error) if place_error else None
+        return replace(exact, shared=shared, by_effect=None, offset_by_effect=None, variance_by_load=change)
+
+    def _displaced(self, distance: float) -> FloatArray:
+        """Change of `sensitivity` by a displacement of so many mm along each coordinate, (*grid, D m)."""
+        grid = self.sensitivity.shape[:-1]
+        points = self.origin + self.step * np.moveaxis(np.indices(grid), 0, -1)
+        return distance * self.slopes(points)[1].reshape(*grid, -1)
 
     def inside(self, location: ArrayLike) -> NDArray[np.bool_]:
         """Return True for locations (..., D) in the calibrated region, (...)."""

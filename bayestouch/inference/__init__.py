@@ -70,7 +70,8 @@ def infer(
         `IndenterDistribution`, `KnownTips` or `EdgeOrRound`. With the last two, `tips` of the result holds the
         probability of each tip for each touch, and the draws of R and r_c have the values of the tips.
     plug_in : bool
-        Use the mode of the calibration and ignore the uncertainty of the calibration.
+        Use the mode of the calibration and ignore the uncertainty of the calibration. A pad's error of the place, which
+        is not of the calibration, remains.
     use_load : bool
         Use the reading of the force sensor if there is one. P in the result is the true load; the readings of the
         force sensor are in `TouchPosteriors.rows`.

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pad_simulation import line
+from live_cases import streamed
+from pad_simulation import SimulatedPad, line
 from scipy.stats import multivariate_normal
 
-from bayestouch import infer
+from bayestouch import Calibration, Reader, infer
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.pad.calibration import calibrate_pad, choose_pad
 from bayestouch.pad.noise import LeftOut
 from bayestouch.pad.place_error import CLEAR, gain_by_touch, place_error
+from bayestouch.pad.reading.reader import PadReader
 
 PLACE = np.linspace(6, 34, 57)[:, None]
 
@@ -61,26 +63,48 @@ def test_one_wrong_touch_shows_no_error_of_all() -> None:
     assert place_error(left_out, slope, noise, 0.1, 1.0) == 0
 
 
-def test_touches_are_read_with_the_error_of_the_place() -> None:
-    """Stated places are 0.05 mm off: common errors of the map are at least the displacement that the noise leaves."""
+@pytest.fixture(scope="module")
+def displaced() -> tuple[SimulatedPad, Calibration]:
+    """A line and its calibration by touches whose stated places are 0.05 mm off."""
     pad, rng = line(load_spread=0.002, share=0.0, floor=0.005), np.random.default_rng(2)
     touches = pad.touch(PLACE + 0.05 * rng.standard_normal(PLACE.shape), rng)
     touches = touches.with_(x_mm=PLACE[:, 0])
-    options = {"kernel": "gaussian", "empirical": True, "seed": 0}
-    model = choose_pad(pad.dataset(touches), **options).model
-    # the noise of the elements has a part of it
-    assert 0.02 < model.place_error < 0.06
-    made = calibrate_pad(pad.dataset(touches), **options, draws=8)
-    map_ = PadMap.from_arrays(made.extra)
-    where = np.linspace(11, 29, 10)[:, None]
+    return pad, calibrate_pad(pad.dataset(touches), kernel="gaussian", empirical=True, seed=0, draws=8)
+
+
+def displacements(map_: PadMap, where: np.ndarray) -> np.ndarray:
+    """Sd in load (N/N) and place (mm) of the common errors of the elements, by least squares, (k, 2)."""
     by_load, slope = map_.slopes(where)
-    tangent = np.stack([by_load, slope[:, 0]], axis=1)
-    # the displacements that the common errors of the elements are, by least squares
-    inverse = np.linalg.pinv(tangent)
-    moved = map_.shared_at(where) @ inverse
-    spread = np.sqrt((moved[:, :, 1] ** 2).sum(axis=1))
-    assert (spread > 0.97 * model.place_error).all()
-    assert np.median(spread) < 1.5 * model.place_error
+    inverse = np.linalg.pinv(np.stack([by_load, slope[:, 0]], axis=1))
+    return np.sqrt(((map_.shared_at(where) @ inverse) ** 2).sum(axis=1))
+
+
+def test_touches_are_read_with_the_error_of_the_place(displaced: tuple[SimulatedPad, Calibration]) -> None:
+    """Common errors of the map are at least the displacement that the noise leaves."""
+    error, map_ = displaced[1].statistics["place_error"], PadMap.from_arrays(displaced[1].extra)
+    # the noise of the elements has a part of it
+    assert 0.02 < error < 0.06
+    spread = displacements(map_, np.linspace(11, 29, 10)[:, None])[:, 1]
+    assert (spread > 0.97 * error).all()
+    assert np.median(spread) < 1.5 * error
+
+
+def test_an_exact_calibration_leaves_the_error_of_the_place(displaced: tuple[SimulatedPad, Calibration]) -> None:
+    """The place of a touch is off however well the pad is known: `infer` and `Reader` allow for it, too."""
+    pad, made = displaced
+    error = made.statistics["place_error"]
+    exact = PadReader.from_calibration(made, plug_in=True).map
+    where = np.linspace(11, 29, 10)[:, None]
+    # linear between grid points: less than a hundredth of the slopes of the splines
+    wanted = np.array([0.0, error]) + np.zeros((10, 2))
+    np.testing.assert_allclose(displacements(exact, where), wanted, atol=0.01 * error)
+    assert not any(each.any() for each in exact.at(where)[1:])
+    touches = pad.touch(where, np.random.default_rng(5), samples=20)
+    read = infer(touches, made, plug_in=True, check_sensor=False, draws=800, workers=1)
+    # 800 draws know an sd to 3 %, and all ten their median to less than a tenth; it has the noise, too
+    assert 0.9 * error < np.median(read.sd("x")) < 1.5 * error
+    live = streamed(Reader(made, plug_in=True), touches.with_(time_s=np.arange(len(touches.touch), dtype=float)))
+    np.testing.assert_allclose([each["x"][1] for each in live], read.sd("x"), rtol=0.15)
 
 
 def test_slopes_of_predicted_readings() -> None:

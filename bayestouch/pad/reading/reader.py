@@ -157,7 +157,7 @@ class PadReader:
         calibration : Calibration
             Calibration of a pad.
         plug_in : bool
-            Whether the calibration counts as exact.
+            Whether the calibration counts as exact. Errors of the place that all elements share in a touch remain.
 
         Raises
         ------
@@ -169,7 +169,7 @@ class PadReader:
             raise InputError("expected the calibration of a pad, got that of a finger")
         effects = PadEffects.of(calibration)
         map_ = PadMap.from_arrays(calibration.extra)
-        map_ = map_.exact() if plug_in else map_
+        map_ = map_.exact(calibration.statistics.get("place_error", 0.0)) if plug_in else map_
         return cls(
             map=map_,
             noise=calibration.noise if effects is None else effects.noise(calibration.noise),
