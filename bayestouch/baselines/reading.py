@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.baselines.regression import Regression, RegressionTouches
@@ -12,9 +13,16 @@ from bayestouch.errors import InputError
 from bayestouch.model.touch_errors import COVERAGE
 from bayestouch.pad.problem import UNSTATED_FORCE_NOISE
 
-#: Nodes of the grid, by dimensions of the pad: locations along each axis without and with loads, and loads. In a plane
-#: with loads they are fewer: a Gaussian process of thousands of touches takes minutes for the 200,000 of them.
-LOCATIONS, LOCATIONS_WITH_LOADS, LOADS = {1: 601, 2: 121}, {1: 601, 2: 61}, {1: 161, 2: 61}
+#: Nodes at which the regression is asked, by dimensions of the pad: locations along each axis, and loads. More take
+#: minutes: a Gaussian process of thousands of touches is slow, and readings change smoothly from node to node.
+LOCATIONS, LOADS_ASKED = {1: 601, 2: 121}, {1: 41, 2: 13}
+#: Posteriors are narrower than those steps. They are taken at so many times more locations along each axis, and at so
+#: many loads; between nodes the regression is a cubic spline.
+FINER, LOADS = 2, {1: 161, 2: 61}
+#: Touches whose posteriors are in memory at once: about 20 MB in a plane.
+CHUNK = 40
+#: Smallest standard deviation of a reading over the peak; squares over a smaller one are lost in rounding.
+LEAST_SD = 1e-6
 #: How far the grid goes beyond the known touches at each end, over their range.
 BEYOND = 0.05
 
@@ -51,6 +59,10 @@ def read_by_regression(
 ) -> RegressionPosteriors:
     """Read touches by a regression of known touches; prior uniform over the region and the loads of these.
 
+    The regression is asked at `LOCATIONS` along each axis and at `LOADS_ASKED`. Between these its means and the
+    logarithms of its standard deviations are cubic splines. Posteriors are taken on a grid `FINER` times finer along
+    each axis, that of the location at the measured load itself, that of the load at `LOADS`.
+
     Parameters
     ----------
     regression : Regression
@@ -65,44 +77,59 @@ def read_by_regression(
     InputError
         The loads of all known touches are the same: a regression on the load cannot be inverted.
     """
-    dimensions = known.location.shape[1]
-    nodes = (LOCATIONS if known.load is None else LOCATIONS_WITH_LOADS)[dimensions]
-    axes = [_axis(column, nodes) for column in known.location.T]
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    residual = held.readings - regression(held.inputs)[0]
-    if known.load is None or held.load is None:
-        weight = _weights(_log_likelihood(held.readings, *regression(places)))
-        none = np.full(len(held.readings), np.nan)
-        of_location = _of_location(weight, places, axes, held.location)
-        return RegressionPosteriors(residual, *of_location, none, none, np.stack([none] * 2, 1))
-    if np.ptp(known.load) == 0:
+    if known.load is not None and np.ptp(known.load) == 0:
         raise InputError("all known touches have the same load: a regression on the load cannot be inverted")
-    loads = _axis(known.load, LOADS[dimensions])
-    count = len(loads)
-    grid = np.column_stack([np.repeat(places, count, axis=0), np.tile(loads, len(places))])
-    mean, sd = (each.reshape(len(places), count, -1) for each in regression(grid))
+    dimensions = known.location.shape[1]
+    asked = [_axis(column, LOCATIONS[dimensions]) for column in known.location.T]
+    axes = [_finer(axis) for axis in asked]
+    places = _points(axes)
+    predicted, spread = regression(held.inputs)
+    residual = held.readings - predicted
+    parts = []
+    if known.load is None or held.load is None:
+        mean, log_sd = (_at_finer(each, asked, axes) for each in _asked(regression, asked))
+        sd = np.exp(log_sd[0])
+        own = _own_log_likelihood(residual, spread)
+        for i in range(0, len(own), CHUNK):
+            some = slice(i, i + CHUNK)
+            density = _log_likelihood(held.readings[some], mean[0], sd)
+            parts.append(_of_location(density, own[some], places, axes, held.location[some]))
+        none = np.full(len(own), np.nan)
+        return RegressionPosteriors(residual, *_joined(parts), none, none, np.stack([none] * 2, 1))
+    at = _axis(known.load, LOADS_ASKED[dimensions])
+    mean, log_sd = (_at_finer(each, asked, axes) for each in _asked(regression, asked, at))
     force_sd = UNSTATED_FORCE_NOISE * float(known.load.mean()) if force_sd is None else force_sd
     reads = np.ones(len(held.load)) if held.reads_of_load is None else held.reads_of_load
-    by_element = [np.ascontiguousarray(np.moveaxis(each, -1, 0)) for each in (mean, sd, np.log(sd))]
-    of_places, of_loads = [], []
-    for reading, load, error in zip(held.readings, held.load, force_sd / np.sqrt(reads), strict=True):
+    errors = force_sd / np.sqrt(reads)
+    step = at[1] - at[0]
+    more = np.column_stack([held.location, held.load + 0.5 * step])
+    less = np.column_stack([held.location, held.load - 0.5 * step])
+    slope = (regression(more)[0] - regression(less)[0]) / step
+    own = _own_log_likelihood(residual, np.hypot(spread, slope * errors[:, None]))
+    between = CubicSpline(at, np.eye(len(at)))
+    for i, error in enumerate(errors):
         # Far below the step of the grid: the load as it was read, its noise as that of readings.
-        at = np.clip(np.interp(load, loads, np.arange(count)), 0, count - 1.001)
-        low, share = int(at), at - int(at)
-        here, spread = ((1 - share) * each[:, low] + share * each[:, low + 1] for each in (mean, sd))
-        slope = (mean[:, low + 1] - mean[:, low]) / (loads[1] - loads[0])
+        load = np.clip(held.load[i], at[0], at[-1])
         # The scatter about the regression has an error of the load, too. It is the same in all elements, and the
         # likelihood takes them as independent: without this term, measured touches are covered too seldom.
-        of_places.append(_log_likelihood(reading[None], here, np.hypot(spread, slope * error))[0])
-        of_loads.append(_at_any_place(reading, *by_element))
-    weight, weight_of_load = _weights(np.array(of_places)), _weights(np.array(of_loads))
-    load_mean = weight_of_load @ loads
-    load_sd = np.sqrt(np.maximum(weight_of_load @ loads**2 - load_mean**2, 0.0))
-    below = np.cumsum(weight_of_load, axis=1) - 0.5 * weight_of_load
+        from_load = error * np.tensordot(between(load, 1), mean, 1)
+        sd = np.hypot(np.exp(np.tensordot(between(load), log_sd, 1)), from_load)
+        density = _log_likelihood(held.readings[i : i + 1], np.tensordot(between(load), mean, 1), sd)
+        parts.append(_of_location(density, own[i : i + 1], places, axes, held.location[i : i + 1]))
+    loads = _axis(known.load, LOADS[dimensions])
+    of_loads = np.empty((len(held.load), len(loads)))
+    for column, share in enumerate(between(loads)):
+        here, spread = np.tensordot(share, mean, 1), np.exp(np.tensordot(share, log_sd, 1))
+        for i in range(0, len(of_loads), CHUNK):
+            density = _log_likelihood(held.readings[i : i + CHUNK], here, spread)
+            of_loads[i : i + CHUNK, column] = _log_sum(density)
+    weight = _weights(of_loads)
+    load_mean = weight @ loads
+    load_sd = np.sqrt(np.maximum(weight @ loads**2 - load_mean**2, 0.0))
+    below = np.cumsum(weight, axis=1) - 0.5 * weight
     tail = (1 - COVERAGE) / 2
     interval = np.array([np.interp([tail, 1 - tail], each, loads) for each in below])
-    of_location = _of_location(weight, places, axes, held.location)
-    return RegressionPosteriors(residual, *of_location, load_mean, load_sd, interval)
+    return RegressionPosteriors(residual, *_joined(parts), load_mean, load_sd, interval)
 
 
 def _axis(values: FloatArray, count: int) -> FloatArray:
@@ -111,25 +138,60 @@ def _axis(values: FloatArray, count: int) -> FloatArray:
     return np.linspace(values.min() - margin, values.max() + margin, count if margin > 0 else 1)
 
 
+def _finer(axis: FloatArray) -> FloatArray:
+    return np.linspace(axis[0], axis[-1], FINER * (len(axis) - 1) + 1)
+
+
+def _points(axes: list[FloatArray]) -> FloatArray:
+    """All points (k, D) of a grid, the last axis fastest."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def _asked(
+    regression: Regression, axes: list[FloatArray], loads: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Means and logarithms of standard deviations at the nodes, (loads, each axis, m)."""
+    given = [] if loads is None else [loads]
+    points = np.roll(_points([*given, *axes]), -len(given), axis=1)
+    shape = (1 if loads is None else len(loads), *(len(axis) for axis in axes), -1)
+    mean, sd = regression(points)
+    return mean.reshape(shape), np.log(np.maximum(sd, LEAST_SD)).reshape(shape)
+
+
+def _at_finer(values: FloatArray, asked: list[FloatArray], axes: list[FloatArray]) -> FloatArray:
+    """Values (loads, each axis, m) at the places of a finer grid, (loads, k, m), by cubic splines along each axis."""
+    for number, (coarse, fine) in enumerate(zip(asked, axes, strict=True), start=1):
+        if len(coarse) > 1:
+            share = CubicSpline(coarse, np.eye(len(coarse)))(fine)
+            values = np.moveaxis(np.tensordot(share, values, (1, number)), 0, number)
+    return np.ascontiguousarray(values).reshape(len(values), -1, values.shape[-1])
+
+
 def _log_likelihood(readings: FloatArray, mean: FloatArray, sd: FloatArray) -> FloatArray:
     """Log density of readings (t, m) at grid points (k, m), shape (t, k).
 
     Readings that are missing say nothing, and neither do those of an element without a regression.
     """
-    out = np.zeros((len(readings), len(mean)))
-    for column, centre, spread in zip(readings.T, mean.T, sd.T, strict=True):
-        seen = np.isfinite(column) & np.isfinite(spread[0])
-        out[seen] -= 0.5 * ((column[seen, None] - centre) / spread) ** 2 + np.log(spread)
-    return out
+    known = np.isfinite(sd[0])
+    readings, mean, sd = readings[:, known], mean[:, known], sd[:, known]
+    seen = np.isfinite(readings)
+    read, precision = np.where(seen, readings, 0.0), 1 / sd**2
+    of_touches = np.concatenate([read, -0.5 * read**2, -1.0 * seen], axis=1)
+    of_places = np.concatenate([precision * mean, precision, 0.5 * precision * mean**2 + np.log(sd)], axis=1)
+    return np.asarray(of_touches @ of_places.T)
 
 
-def _at_any_place(reading: FloatArray, mean: FloatArray, sd: FloatArray, log_sd: FloatArray) -> FloatArray:
-    """Log density (l,) of a reading (m,) at each load, summed over the places; mean, sd and its logarithm (m, p, l)."""
-    out = np.zeros(mean.shape[1:])
-    for e in np.flatnonzero(np.isfinite(reading) & np.isfinite(sd[:, 0, 0])):
-        out -= 0.5 * ((reading[e] - mean[e]) / sd[e]) ** 2 + log_sd[e]
-    highest = out.max(axis=0)
-    return np.asarray(highest + np.log(np.exp(out - highest).sum(axis=0)))
+def _own_log_likelihood(residual: FloatArray, sd: FloatArray) -> FloatArray:
+    """Log density (t,) of readings at the references, from residuals and standard deviations (t, m) there."""
+    sd = np.maximum(sd, LEAST_SD)
+    return np.asarray(-np.nansum(0.5 * (residual / sd) ** 2 + np.where(np.isfinite(residual), np.log(sd), 0.0), axis=1))
+
+
+def _log_sum(log_density: FloatArray) -> FloatArray:
+    """Logarithm of the sum over the columns of a density, (t,)."""
+    highest = log_density.max(axis=1)
+    density = log_density - highest[:, None]
+    return np.asarray(highest + np.log(np.exp(density, out=density).sum(axis=1)))
 
 
 def _weights(log_density: FloatArray) -> FloatArray:
@@ -138,18 +200,23 @@ def _weights(log_density: FloatArray) -> FloatArray:
 
 
 def _of_location(
-    weight: FloatArray, places: FloatArray, axes: list[FloatArray], reference: FloatArray
+    log_density: FloatArray, own: FloatArray, places: FloatArray, axes: list[FloatArray], reference: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Mean, standard deviation, and whether the reference is in the smallest region with 90 % of the posterior."""
+    """Mean, standard deviation, and whether the reference is in the smallest region with 90 % of the posterior.
+
+    Log densities are those of places (t, k) and of the references (t,): the node next to a reference may be far less
+    probable than the reference itself.
+    """
+    weight = _weights(log_density)
     mean = weight @ places
     sd = np.sqrt(np.maximum(weight @ places**2 - mean**2, 0.0))
-    steps = [
-        np.clip(np.rint((x - axis[0]) / (axis[1] - axis[0] if len(axis) > 1 else 1.0)), 0, len(axis) - 1)
-        for x, axis in zip(reference.T, axes, strict=True)
-    ]
-    node = np.ravel_multi_index(tuple(step.astype(int) for step in steps), tuple(len(axis) for axis in axes))
-    own = weight[np.arange(len(weight)), node]
-    above = np.where(weight > own[:, None], weight, 0.0).sum(axis=1)
+    above = np.where(log_density > own[:, None], weight, 0.0).sum(axis=1)
     # A reference beyond the places of the prior is in no region.
     there = np.all([(x >= axis[0]) & (x <= axis[-1]) for x, axis in zip(reference.T, axes, strict=True)], axis=0)
-    return mean, sd, there & (above + 0.5 * own <= COVERAGE)
+    return mean, sd, there & (above <= COVERAGE)
+
+
+def _joined(parts: list[tuple[FloatArray, FloatArray, BoolArray]]) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Posteriors of locations of all touches, from those of some at a time."""
+    mean, sd, inside = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return mean, sd, inside

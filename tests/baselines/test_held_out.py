@@ -68,7 +68,7 @@ def test_loads_are_used_where_they_were_measured_and_differ(loads: str) -> None:
 def test_a_place_beyond_those_of_the_prior_is_in_no_region() -> None:
     """All of the posterior is at the last place, 20 mm; the touches were at 20 and 30 mm."""
     axis = np.linspace(0.0, 20.0, 21)
-    weight = np.zeros((2, 21))
-    weight[:, -1] = 1.0
-    mean, _, inside = _of_location(weight, axis[:, None], [axis], np.array([[20.0], [30.0]]))
+    log_density = np.full((2, 21), -1e3)
+    log_density[:, -1] = 0.0
+    mean, _, inside = _of_location(log_density, np.zeros(2), axis[:, None], [axis], np.array([[20.0], [30.0]]))
     assert mean.ravel().tolist() == [20.0, 20.0] and inside.tolist() == [True, False]

@@ -85,9 +85,10 @@ QUOTED = {
     ],
     "report.md": [
         f"More than {touch_list.MOST_TOUCHES} touches are thinned evenly",
-        f"The grid has {baselines.LOCATIONS[1]} locations and {baselines.LOADS[1]} loads on a line, "
-        f"{baselines.LOCATIONS[2]} locations along each axis in a plane, and in a plane with measured loads "
-        f"{baselines.LOCATIONS_WITH_LOADS[2]} along each axis and {baselines.LOADS[2]} loads",
+        f"asked at {baselines.LOCATIONS[1]} locations and {baselines.LOADS_ASKED[1]} loads on a line, and at "
+        f"{baselines.LOCATIONS[2]} locations along each axis and {baselines.LOADS_ASKED[2]} loads in a plane",
+        f"a grid {WORDS[baselines.FINER]} times finer along each axis, and at {baselines.LOADS[1]} loads on a line and "
+        f"{baselines.LOADS[2]} in a plane",
     ],
 }
 
