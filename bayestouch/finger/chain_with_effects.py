@@ -114,6 +114,12 @@ class ChainWithEffects:
         effects = [(effect, self.values[effect.name]) for effect in self.model.effects]
         return left_by_missing(effects, self.calibrated, self.model.peak, read, when_s, missing_s, known_s)
 
+    def widened(self, excess: float) -> ChainWithEffects:
+        """The chain with the noise that its effects add multiplied by `excess`."""
+        if excess == 1:
+            return self
+        return replace(self, listed=replace(self.listed, noise=self.listed.noise.widened(excess)))
+
     def static(self) -> FingerModel:
         """The model with only those effects that are equal in all samples of a touch."""
         return replace(self.model, effects=tuple(e for e in self.model.effects if not e.needs_samples))

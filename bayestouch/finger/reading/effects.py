@@ -104,6 +104,10 @@ class EffectContext:
         """The context with errors of corrected loads that are independent of the predicted readings."""
         return replace(self, loads=None)
 
+    def inexact(self) -> EffectContext:
+        """The context with the uncertainty of the calibration, also where the calibration counts as exact."""
+        return replace(self, exact=False)
+
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:

@@ -85,6 +85,10 @@ class TouchContext(Protocol):
         """The context with errors of corrected loads that are independent of the predicted readings."""
         ...
 
+    def inexact(self) -> TouchContext:
+        """The context with the uncertainty of the calibration, also where the calibration counts as exact."""
+        ...
+
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:

@@ -199,7 +199,8 @@ class FingerTouchReader:
         """Fits of some of the touches for the check of the sensor, with the uniform prior of R."""
         sampler, chosen = self.sampler, block.select(some)
         readings = chosen.readings.with_independent_loads()
-        covariance = self.covariance if readings.context is None else readings.context.covariance
+        # A sound sensor misfits by the uncertainty of the calibration, also if that counts as exact.
+        covariance = self.covariance if readings.context is None else readings.context.inexact().covariance
         uniform = UniformRadius().radius_prior(sampler.chain.outer_radius_mm)
         priors = replace(sampler.priors, radius=uniform)
         return FingerMisfit(
@@ -217,7 +218,8 @@ class FingerTouchReader:
     def without(self, check: SensorCheck) -> FingerTouchReader:
         """The reader without the faulty columns of a check."""
         noise = self.sampler.noise.widened(check.excess)
-        return replace(self, check=check, sampler=replace(self.sampler, noise=noise))
+        chain = None if self.effects_chain is None else self.effects_chain.widened(check.excess)
+        return replace(self, check=check, sampler=replace(self.sampler, noise=noise), effects_chain=chain)
 
     def unknown(self, block: FingerTouches) -> TouchReadings:
         """Readings without reference locations and radii."""

@@ -15,6 +15,7 @@ from bayestouch.data.touch_table import read_touches, write_touches
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.reading.effects import EffectContext
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
+from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
 
 OPTIONS = {"draws": 64, "seed": 5, "method": "importance"}
@@ -92,3 +93,32 @@ def test_blocks_that_were_cut_and_joined_have_the_effects_of_each_touch() -> Non
     joined = type(block).joined(cut).readings.context
     for name in ("scale", "shift", "extra", "counts", "slopes"):
         np.testing.assert_array_equal(getattr(joined, name), getattr(context, name))
+
+
+def test_the_check_counts_the_uncertainty_of_a_calibration_that_counts_as_exact() -> None:
+    """Also where the calibration has effects: a sound sensor misfits by as much."""
+    data, calibration = finger("crosstalk")
+    some = np.arange(5)
+    touch = np.full(5, 3.0), np.linspace(-0.3, 0.3, 5), np.full(5, 200.0)
+    found = []
+    for plug_in in (False, True):
+        reader = FingerTouchReader.from_calibration(calibration, Options(plug_in=plug_in))
+        means = reader.average(data.touches)
+        found.append(reader.fitted(means, reader.ready(means), some).reading_covariance(*touch))
+    assert np.einsum("tii->ti", found[0]).min() > 0
+    np.testing.assert_allclose(found[1], found[0])
+
+
+def test_a_misfit_widens_the_noise_of_effects_too() -> None:
+    """By three: nine times the covariance of the noise that elements share."""
+    data, calibration = finger("common_mode_noise")
+    touch = np.full(5, 3.0), np.linspace(-0.3, 0.3, 5), np.full(5, 200.0)
+    found = []
+    for excess in (1.0, 3.0):
+        reader = FingerTouchReader.from_calibration(calibration, Options(plug_in=True))
+        reader = reader.without(SensorCheck((), np.arange(7), excess, 50))
+        context = reader.ready(reader.average(data.touches)).select(np.arange(5)).readings.context
+        assert context is not None
+        found.append(context.covariance(*touch))
+    assert found[0].min() > 0
+    np.testing.assert_allclose(found[1], 9 * found[0])
