@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
+from bayestouch.finger.drift_nodes import DriftNodes
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.linear_chain import linearised_chain
 from bayestouch.finger.map_with_effects import posterior_maps
@@ -174,10 +175,12 @@ def _fit_about(
     fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, shape: NoiseShape, further_sd: FloatArray
 ) -> EffectFit:
     """Normal approximation about a flat vector (d,), with the best map that is usable there."""
-    linear, n = linearised_chain(fitted, posterior, vector), posterior.layout.n_chain
+    at, n = posterior.layout, posterior.layout.n_chain
+    nodes = DriftNodes.of(fitted.drifts, at, vector, further_sd)
+    linear = linearised_chain(fitted, posterior, vector, nodes=nodes)
     hessian = linear.hessian + np.diag(posterior.prior.spread[:n] ** -2.0)
     covariance = np.asarray(np.linalg.inv(hessian), dtype=np.float64)
-    maps = posterior_maps(fitted, posterior, vector, covariance, linear, shape.quantiles, further_sd)
+    maps = posterior_maps(fitted, posterior, vector, covariance, linear, nodes, shape.quantiles, further_sd)
     density = _density_near(posterior, vector, covariance)
     return EffectFit(posterior, vector, covariance, shape, density, next(maps)).with_usable_map(maps)
 

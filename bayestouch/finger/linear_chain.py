@@ -11,9 +11,11 @@ from scipy.linalg import solve_triangular
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import read_once
 from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.drift_nodes import DriftNodes
 from bayestouch.finger.noise import Residuals, StandardErrors
 from bayestouch.model.columns import WhiteColumns
-from bayestouch.model.fitting import Fitted
+from bayestouch.model.fitting import Drift, Fitted, drift_columns
+from bayestouch.model.joint_drifts import further_columns
 from bayestouch.model.linear import Functions, conditioned
 from bayestouch.sampling.rank_one import inverse_root
 
@@ -30,8 +32,9 @@ class LinearChain:
         Residuals of the mean readings, for the noise, if they were asked for.
     precision, gradient : (m, n, n), (m, n) arrays
         Contributions of the readings of each element.
-    constant : (n, n) array or None
-        Contribution to the precision of readings that drifts or a correction make dependent.
+    constant : (q, n, n) array or None
+        Contribution to the precision of readings that drifts or a correction make dependent, at each of q nodes of the
+        values of a drift; the first is that of the fitted values.
     prior_pull : (n,) array
         Gradient of the log prior.
     cost : float
@@ -50,7 +53,7 @@ class LinearChain:
     def hessian(self) -> FloatArray:
         """Precision without that of the prior, (n, n)."""
         total = self.precision.sum(axis=0)
-        return np.asarray(total if self.constant is None else total + self.constant)
+        return np.asarray(total if self.constant is None else total + self.constant[0])
 
     @property
     def pull(self) -> FloatArray:
@@ -76,11 +79,17 @@ class LinearChain:
 
 
 def linearised_chain(
-    fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, *, with_residuals: bool = False
+    fitted: Fitted,
+    posterior: EffectPosterior,
+    vector: FloatArray,
+    *,
+    nodes: DriftNodes | None = None,
+    with_residuals: bool = False,
 ) -> LinearChain:
     """Linearise the chain about a vector (d,), whitened by the noise at this vector.
 
-    With many functions the residuals take most of the time, because each needs its degrees of freedom.
+    With many functions the residuals take most of the time, because each needs its degrees of freedom. Without `nodes`
+    of the values of a drift, drifts have the fitted ones.
     """
     model, known, at = posterior.model, posterior.known, posterior.layout
     n, m = at.n_chain, at.n_elements
@@ -117,7 +126,9 @@ def linearised_chain(
         flat = white.reshape(n, -1).T
         inside = functions.without(flat)
         white = inside.T.reshape(white.shape)
-        constant, precision = flat.T @ inside, np.zeros((m, n, n))
+        others = () if nodes is None else nodes.others(fitted.drifts)
+        there = (flat.T @ _functions_at(fitted, drifts, root).without(flat) for drifts in others)
+        constant, precision = np.stack([flat.T @ inside, *there]), np.zeros((m, n, n))
     if samples is not None:
         assert predicted.samples is not None
         observed = model.known
@@ -132,7 +143,7 @@ def linearised_chain(
     if not with_residuals:
         return LinearChain(None, precision, gradient, constant, pull, cost)
     hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
-    total = hessian if constant is None else hessian + constant
+    total = hessian if constant is None else hessian + constant[0]
     # Not by the inverse, whose rounding can exceed its least eigenvalue: units of coordinates may be very different.
     unit = np.diag(total) ** -0.5
     whole = np.linalg.cholesky(conditioned(total * np.outer(unit, unit)))
@@ -142,6 +153,13 @@ def linearised_chain(
     together = list(np.where(known.missing, 0.0, shared)) if posterior.noise.shared else []
     residuals = Residuals(rest, slope, spent, more, together)
     return LinearChain(residuals, precision, gradient, constant, pull, cost)
+
+
+def _functions_at(fitted: Fitted, drifts: tuple[Drift, ...], root: FloatArray) -> Functions:
+    """Random functions of a fit with other values of its drifts, whitened by matrices (t, m, m)."""
+    columns, further = drift_columns(fitted.model, fitted.vector, drifts), further_columns(fitted)
+    raw = columns if further is None else np.concatenate([columns, further])
+    return Functions.of(raw, WhiteColumns.of(raw, root))
 
 
 def degrees_spent(half: FloatArray, root: FloatArray, own: FloatArray) -> FloatArray:

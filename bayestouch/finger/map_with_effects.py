@@ -12,6 +12,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.bend import Bend
 from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.drift_nodes import DriftNodes
 from bayestouch.finger.linear_chain import LinearChain, linearised_chain
 from bayestouch.finger.quantiles import QuantileMaps
 from bayestouch.finger.sampling import NO_RIDGES, PosteriorMap
@@ -40,6 +41,7 @@ def posterior_maps(
     vector: FloatArray,
     covariance: FloatArray,
     linear: LinearChain,
+    nodes: DriftNodes | None,
     quantiles: QuantileMaps | None,
     further_sd: FloatArray,
 ) -> Iterator[PosteriorMap]:
@@ -54,7 +56,9 @@ def posterior_maps(
     covariance : (n, n) array
         Covariance of the n coordinates of the chain and of the values of its effects.
     linear : LinearChain
-        The chain linearised at the centre.
+        The chain linearised at the centre, with these nodes.
+    nodes : DriftNodes or None
+        Nodes of the values of a drift, if there are any.
     quantiles : QuantileMaps or None
         As of `PosteriorMap`.
     further_sd : (k,) array
@@ -72,9 +76,10 @@ def posterior_maps(
         ends=(low, high),
         first_cut=int(np.append(np.flatnonzero(room < NEAR * sd), at.n_base)[0]),
         further_sd=further_sd,
+        nodes=nodes,
     )
     plain, ridges = _Start(vector, linear, prior.spread[:n]), _ridges(fitted, posterior, vector, covariance)
-    along = _Start.along(ridges, fitted, posterior, vector) if ridges.each else plain
+    along = _Start.along(ridges, fitted, posterior, vector, nodes) if ridges.each else plain
     along = along.with_bounds_reached(ridges, (low, high))
     bent = 0 < at.n_values <= MOST_BENT
     bend = _bend(fitted, posterior, along, ridges, (low, high)) if bent else None
@@ -103,7 +108,9 @@ class _Start:
     prior_spread: FloatArray
 
     @classmethod
-    def along(cls, ridges: Ridges, fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> _Start:
+    def along(
+        cls, ridges: Ridges, fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, nodes: DriftNodes | None
+    ) -> _Start:
         """The centre of the ridges, from the mode (d,)."""
         n, at = posterior.layout.n_chain, ridges.standard
         vector, spread = vector.copy(), posterior.prior.spread[:n].copy()
@@ -111,7 +118,7 @@ class _Start:
         real, _ = ridges(vector[None])
         low, high = posterior.bounds
         real[:, :n] = np.clip(real[:, :n], low[:n], high[:n])
-        linear = linearised_chain(fitted, posterior, real[0]).along(ridges.tangent(vector)[:n, :n])
+        linear = linearised_chain(fitted, posterior, real[0], nodes=nodes).along(ridges.tangent(vector)[:n, :n])
         linear.gradient[:, at] = linear.prior_pull[at] = 0.0
         # Where bounds change along a ridge, its coordinate must be known first: then it is independent of all others.
         linear = linear.without_coupling([ridge.free for ridge in ridges.each if ridge.has_limits((low, high))])

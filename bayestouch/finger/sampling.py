@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.bend import Bend
 from bayestouch.finger.density import FingerDensity
+from bayestouch.finger.drift_nodes import DriftNodes
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
@@ -68,9 +69,10 @@ class PosteriorMap:
         Log discrepancies from normal variables.
     precision, gradient : (m, n, n), (m, n) arrays
         Contribution of the readings of each element, with the noise of `vector`.
-    constant : (n, n) array or None
-        Contribution to the precision of readings that drifts or a correction make dependent. Its rows and columns are
-        scaled with the noise of the element; for shared parameters, with the mean over elements.
+    constant : (q, n, n) array or None
+        Contribution to the precision of readings that drifts or a correction make dependent, at q nodes of the values
+        of a drift. Its rows and columns are scaled with the noise of the element; for shared parameters, with the mean
+        over elements.
     pull : (n,) array or None
         Gradient of the log posterior at `vector`; None for zero.
     ends : pair of (d,) arrays or None
@@ -79,6 +81,8 @@ class PosteriorMap:
         Coordinates of the chain from this one on are cut off at their bounds.
     further_sd : (k,) array or None
         Standard deviations of the values of drifts and noise effects.
+    nodes : DriftNodes or None
+        Nodes of the values of a drift, if there are any.
     bend : Bend or None
         Second-order shift of the other coordinates of the chain by the values of its effects.
     ridges : Ridges
@@ -97,6 +101,7 @@ class PosteriorMap:
     ends: tuple[FloatArray, FloatArray] | None = None
     first_cut: int = 0
     further_sd: FloatArray | None = None
+    nodes: DriftNodes | None = None
     bend: Bend | None = None
     ridges: Ridges = NO_RIDGES
 
@@ -143,7 +148,10 @@ class PosteriorMap:
         precision = np.tensordot(weight, self.precision, axes=1)
         if self.constant is not None:
             size = np.sqrt(np.column_stack([weight, weight.mean(axis=1)])[:, self._element])
-            precision += size[:, :, None] * self.constant * size[:, None, :]
+            constant = self.constant
+            if self.nodes is not None:
+                constant = np.tensordot(self.nodes.weights(vectors), constant, axes=1)
+            precision += size[:, :, None] * constant * size[:, None, :]
         index = np.arange(n)
         precision[:, index, index] += self.prior_spread**-2.0
         root = np.asarray(np.linalg.cholesky(precision), dtype=np.float64)
