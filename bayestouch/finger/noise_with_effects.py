@@ -7,19 +7,22 @@ from functools import cached_property
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
+from bayestouch.data.grouping import uneven_groups
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import log_likelihood_of_scatter
+from bayestouch.model.base import deviation_left
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise import AddedNoise, parts_shared
 from bayestouch.model.noise_posterior import Terms, terms_of
 from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne, log_density_of_contrasts
 
 # Up to this number of readings of samples, values of outliers are drawn together with all parameters: their likelihood
 # then takes at most about two milliseconds.
@@ -71,6 +74,63 @@ class TouchSquares:
 
 
 @dataclass(frozen=True, eq=False)
+class UnevenTouches:
+    """Touches with samples that have some, but not all, of the elements that the touch has; r rows of samples.
+
+    Attributes
+    ----------
+    squares : TouchSquares
+        Samples of all t touches.
+    uneven : (t,) bool array
+        Whether each touch is of this kind.
+    row, touch : (r,) int arrays
+        Their samples, in the order of the touches, and the touch of each.
+    present : (r, m) bool array
+        Whether a sample has an element whose repeats count.
+    """
+
+    squares: TouchSquares
+    uneven: BoolArray
+    row: IntArray
+    touch: IntArray
+    present: BoolArray
+
+    @classmethod
+    def of(cls, squares: TouchSquares, freedom: FloatArray) -> UnevenTouches:
+        """Touches of this kind among all; elements without `freedom` (t, m) do not count."""
+        n = len(squares.first)
+        touch = np.repeat(np.arange(n), np.diff(squares.first, append=len(squares.order)))
+        present = ~np.isnan(squares.deviation) & (freedom > 0)[touch]
+        uneven = uneven_groups(present, touch, n)
+        row = np.flatnonzero(uneven[touch])
+        return cls(squares, uneven, row, touch[row], present[row])
+
+    def log_density(self, variance: FloatArray, shared: FloatArray, samples: FloatArray | None) -> float:
+        """Exact normal log density of the samples about the means of each element, up to a constant.
+
+        Parameters
+        ----------
+        variance : (t, m) array
+            Variance of the own noise of one reading.
+        shared : (m,) array
+            Change of the elements by one sd of the error that they share.
+        samples : (N, m) array or None
+            Predicted deviations, in the order of the observations.
+        """
+        squares, root = self.squares, np.sqrt(self.squares.weight[self.row])
+        deviation = deviation_left(
+            squares.deviation[self.row], None if samples is None else samples[squares.order[self.row]]
+        )
+        spread = DiagonalPlusRankOne(
+            np.where(self.present, np.sqrt(variance[self.touch]) / root, np.inf),
+            np.where(self.present, shared / root, 0.0),
+        )
+        group = (np.cumsum(self.uneven) - 1)[self.touch]
+        rows = np.where(self.present, deviation, 0.0)
+        return float(log_density_of_contrasts(spread, rows, group, int(self.uneven.sum())).sum())
+
+
+@dataclass(frozen=True, eq=False)
 class EffectNoise:
     """Likelihood of the samples about the mean of their touch, and noise of the means by noise effects.
 
@@ -119,6 +179,14 @@ class EffectNoise:
     @cached_property
     def _parts(self) -> FloatArray:
         return parts_shared(self.known.counts)
+
+    @cached_property
+    def _freedom(self) -> FloatArray:
+        return np.where(self.known.scatter_dof > 0, self.squares.freedom, 0.0)
+
+    @cached_property
+    def _uneven(self) -> UnevenTouches:
+        return UnevenTouches.of(self.squares, self._freedom)
 
     def shared_errors(self, added: AddedNoise) -> FloatArray:
         """Change of the mean readings by one sd of each error that elements share, (q, t, m), for added noise."""
@@ -179,8 +247,13 @@ class EffectNoise:
 
     def _normal(self, own: FloatArray, added: AddedNoise, touches: FloatArray, samples: FloatArray | None) -> float:
         """Normal log density of the samples about the mean of their touch."""
-        squares, freedom = self.squares, np.where(self.known.scatter_dof > 0, self.squares.freedom, 0.0)
-        weight = np.where(freedom > 0, 1 / (own + added.variance(touches, self.peak)), 0.0)
+        squares, freedom, of_uneven = self.squares, self._freedom, 0.0
+        variance, size = own + added.variance(touches, self.peak), added.common * added.together(self.peak)
+        if added.common > 0 and self._uneven.uneven.any():
+            # With a shared error, sums over the samples of a touch are exact only if all samples have its elements.
+            of_uneven = self._uneven.log_density(variance, size, samples)
+            freedom = np.where(self._uneven.uneven[:, None], 0.0, freedom)
+        weight = np.where(freedom > 0, 1 / variance, 0.0)
         rows = None if samples is None else squares.about(samples)
         if rows is None:
             own_squares = float(np.einsum("tm,tmm->", weight, squares.products))
@@ -189,7 +262,6 @@ class EffectNoise:
         volume = float((freedom * np.log(np.where(weight > 0, weight, 1.0))).sum())
         if added.common == 0:
             return 0.5 * (volume - own_squares)
-        size = added.common * added.together(self.peak)
         pulled = weight * size
         if rows is None:
             along = np.einsum("tm,tml,tl->t", pulled, squares.products, pulled, optimize=True)
@@ -198,7 +270,7 @@ class EffectNoise:
             along = np.add.reduceat(per_sample**2, squares.first)
         length2 = pulled @ size
         shared = float(freedom.max(axis=1) @ np.log1p(length2) - (along / (1 + length2)).sum())
-        return 0.5 * (volume - own_squares - shared)
+        return of_uneven + 0.5 * (volume - own_squares - shared)
 
 
 def noise_with_effects(
