@@ -471,6 +471,19 @@ def test_without_repeats_the_noise_comes_from_what_is_left() -> None:
     assert found.strength.interval()[0] < 0.005
 
 
+def test_discrepancy_is_found_beside_the_error_of_noisy_loads() -> None:
+    """Errors of 20 units of each element and touch, where the error of the load is up to 90 units and noise is 2."""
+    chain = elastic((-40.0, -10.0, 15.0, 45.0))
+    angle = np.concatenate([np.arange(-90, 91, 2.0), np.arange(-90, 91, 4.0)])
+    radius = np.where(np.arange(len(angle)) < 91, 0.0, RADII[1])
+    means = touched(chain, angle, radius, noise=0.3, force_noise=40.0, seed=4)
+    error = 20.0 * np.random.default_rng(5).standard_normal(means.readings.shape)
+    found = fit_empirical(model_fit(replace(means, readings=means.readings + error), chain, 40.0)).calibration.noise
+    # an sd from 137 touches scatters by 1/sqrt(2 137) = 6 %, that of all four elements by 3 %; four of these
+    np.testing.assert_allclose(found.discrepancy_sd, 20.0, rtol=4 / np.sqrt(2 * 137))
+    assert np.sqrt(np.mean(found.discrepancy_sd**2)) == pytest.approx(20.0, rel=4 / np.sqrt(2 * 4 * 137))
+
+
 def test_arrays_make_the_same_calibration() -> None:
     fit, _ = half_circle_fit()
     one = fit_empirical(fit, n_coefficients=40).calibration

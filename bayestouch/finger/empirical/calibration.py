@@ -233,10 +233,10 @@ def _diagonal(touches: MapTouches, n_coefficients: int, family: bool) -> list[Di
 
 def _noise(touches: MapTouches, factor2: FloatArray) -> Noise:
     """Noise with the discrepancy that remains with the map; without repeats all errors count as sensor noise."""
-    counts, noise, known = touches.counts, touches.noise, touches.repeated
-    per_read = np.divide(1.0, counts, out=np.zeros(counts.shape), where=counts > 0)
-    typical = noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)
-    excess = np.maximum(factor2 - 1, 0.0) * typical
+    noise, known = touches.noise, touches.repeated
+    # φ² is the mean over touches of 1 + discrepancy² / sd², where sd has the error of the load.
+    precision = (1 / touches.reading_sd**2).sum(axis=0) / np.maximum(touches.there.sum(axis=0), 1)
+    excess = np.divide(np.maximum(factor2 - 1, 0.0), precision, out=np.zeros(len(factor2)), where=precision > 0)
     return replace(
         noise,
         tactile_sd=np.where(known, noise.tactile_sd, noise.tactile_sd * np.sqrt(factor2)),

@@ -31,6 +31,8 @@ class MapTouches:
         Mean signals; without effects these are the mean readings.
     sd : (t, m) array
         Standard deviation of the errors, from repeats and the error of the load; inf where missing.
+    reading_sd : (t, m) array
+        The same of the mean readings; without effects it is `sd`.
     counts : (t, m) array
         Number of raw readings in each mean; 0 where missing.
     repeated : (m,) bool array
@@ -46,6 +48,7 @@ class MapTouches:
     load: FloatArray
     signal: FloatArray
     sd: FloatArray
+    reading_sd: FloatArray
     counts: FloatArray
     repeated: NDArray[np.bool_]
     noise: Noise
@@ -71,6 +74,7 @@ class MapTouches:
         bare = replace(fit.noise, discrepancy_sd=np.zeros(counts.shape[1]))
         _, slope = fit.likelihood.predicted(fit.laplace.mode)
         by_load = slope * fit.likelihood.standard_errors(fit.vector).load_sd[:, None]
+        sd = np.hypot(bare.mean_sd(counts, np.zeros(counts.shape)), by_load)
         return cls(
             elastic=fit.chain,
             prior=fit.likelihood.prior,
@@ -78,7 +82,8 @@ class MapTouches:
             angle=known.angle,
             load=known.load,
             signal=known.readings,
-            sd=np.hypot(bare.mean_sd(counts, np.zeros(counts.shape)), by_load),
+            sd=sd,
+            reading_sd=sd,
             counts=counts,
             repeated=np.full(counts.shape[1], np.isfinite(fit.lack_of_fit)) if repeated is None else repeated,
             noise=fit.noise,

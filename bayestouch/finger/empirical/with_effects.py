@@ -150,6 +150,7 @@ class _Unmixed:
             load=recording.load,
             signal=np.where(there, signal, np.nan),
             sd=np.where(there, sd, np.inf),
+            reading_sd=np.sqrt(variance),
             counts=np.where(there, means.counts, 0),
             repeated=np.nan_to_num(means.pure_error_dof) > 0,
             noise=self.noise,
