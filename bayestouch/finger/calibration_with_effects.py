@@ -142,7 +142,8 @@ def touch_rows(fitted: Fitted, spread: Noise) -> TouchRows:
     """Readings of the touches and their predictions, with the standard deviations from the noise `spread`."""
     means = fitted.model.known.means
     assert means.angle_deg is not None
-    predicted = fitted.model.predict(fitted.vector).touches + fitted.drifted
+    signal = fitted.model.predict(fitted.vector).touches
+    predicted = signal + fitted.drifted
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     return TouchRows(
         touch=means.touch,
@@ -151,11 +152,19 @@ def touch_rows(fitted: Fitted, spread: Noise) -> TouchRows:
         load=means.load,
         observed=means.readings,
         predicted=predicted,
-        sd=spread.mean_sd(counts, predicted),
+        sd=_sd(fitted, spread, signal, counts),
         counts=counts,
         samples=means.samples,
         load_reads=means.reads_of_load,
     )
+
+
+def _sd(fitted: Fitted, spread: Noise, signal: FloatArray, counts: FloatArray) -> FloatArray:
+    """Standard deviation (t, m) of reading minus prediction: noise, noise of effects, and the error of the load."""
+    model, means = fitted.model, fitted.model.known.means
+    of_noise = spread.mean_variance(counts, signal) + fitted.noise.added.mean_variance(signal, model.peak, counts)
+    load_sd = np.where(np.isfinite(means.load), spread.mean_load_sd(means.reads_of_load), 0.0)
+    return np.hypot(np.sqrt(of_noise), model.by_load(fitted.vector) * load_sd[:, None])
 
 
 def fit_statistics(fitted: Fitted, rows: TouchRows, spread: Noise) -> dict[str, float]:

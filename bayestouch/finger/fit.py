@@ -47,7 +47,7 @@ class FingerFit:
     lack_of_fit : float
         Residual mean square over pure-error mean square: 1 if the model is right; NaN without repeats.
     predicted, sd : (t, m) arrays
-        Prediction for the touches, and standard deviation of reading minus prediction.
+        Prediction for the touches, and standard deviation of reading minus prediction, with the error of the load.
     likelihood : FingerLikelihood
         Touches and priors that were fitted.
     errors_with_places : ErrorsWithPlaces or None
@@ -169,13 +169,16 @@ def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
             likelihood = likelihood.with_known(replace(likelihood.known, load=moved))
         if settled:
             break
-    predicted, _ = likelihood.predicted(laplace.mode)
+    predicted, slope = likelihood.predicted(laplace.mode)
     errors = _errors_with_places(likelihood, vector)
     if errors is not None and likelihood.at_places is not None:
         at_places = likelihood.at_places
         predicted = predicted - at_places.shift + at_places.added(errors.weights(_left(likelihood, vector)))
     chain = likelihood.chain(laplace.mode)
-    sd = likelihood.standard_errors(vector).sd
+    spread = likelihood.standard_errors(vector)
+    # A load that was not measured is estimated from the readings.
+    by_load = slope * np.where(unmeasured, 0.0, spread.load_sd)[:, None]
+    sd = np.hypot(spread.sd, by_load)
     noise = noise_of(likelihood.known, prior.layout, vector)
     lack_of_fit = _lack_of_fit(likelihood, vector)
     return FingerFit(chain, laplace, vector, shape, noise, lack_of_fit, predicted, sd, likelihood, errors)

@@ -96,6 +96,12 @@ class AddedNoise:
         variance[0] += self.common_touch**2
         return np.asarray(np.sqrt(variance) * self.together(peak))
 
+    def mean_variance(self, signal: FloatArray, peak: FloatArray, counts: FloatArray) -> FloatArray:
+        """Variance (t, m) of means over `counts` samples (t, m), for predicted signals (t, m)."""
+        reads = read_once(counts)
+        own = self.variance(signal, peak) / reads
+        return np.asarray(own + self.shared_variance(reads) * self.together(peak) ** 2)
+
     def covariance(self, signal: FloatArray, peak: FloatArray, counts: FloatArray) -> FloatArray:
         """Covariance (t, m, m) of means over `counts` samples (t, m), for predicted signals (t, m).
 

@@ -41,7 +41,8 @@ class TouchRows(Summarised):
     load : (t,) array
         Measured load, N/m (finger) or N (pad); NaN where not measured or not used.
     observed, predicted, sd : (t, m) arrays
-        Mean reading, predicted reading and standard deviation of their difference, in the sensor's unit.
+        Mean reading, predicted reading and standard deviation of their difference, in the sensor's unit. The noise of
+        effects is included, and the error of a measured load where readings are predicted with it.
     counts : (t, m) array
         Number of raw reads with the noise of each mean; less than `samples` where a touch has a rest reading of its
         own, whose noise is in the mean. 0 where there is no reading.

@@ -49,6 +49,26 @@ def test_noiseless_touches_return_the_truth() -> None:
     assert fit.chain.shear_modulus_MPa == pytest.approx(truth.shear_modulus_MPa, rel=3e-3)
 
 
+def test_sd_of_a_reading_has_the_error_of_the_load() -> None:
+    """Standardised residuals of large readings are about 1 with a noisy force sensor; above 2.8 without its part."""
+    design = bayestouch.FingerDesign(
+        n_elements=5,
+        calibration_span_deg=30.0,
+        edge_step_deg=1.0,
+        flat_step_deg=3.0,
+        touch_step_deg=20.0,
+        noise_percent_peak=1.0,
+        force_noise_sd=10.0,
+        samples_per_touch=5,
+    )
+    made = bayestouch.simulate(design, seed=0).dataset
+    means = made.calibration.averaged()
+    fit, used = fit_finger(means, made.sensor.body, FingerPriors.of(made.sensor)[0])
+    large = np.abs(fit.predicted) > 0.5 * np.abs(fit.predicted).max(axis=0)
+    z = ((means.readings[used] - fit.predicted) / fit.sd)[large]
+    assert 0.6 < np.sqrt(np.mean(z**2)) < 1.2
+
+
 def test_posterior_covers_the_truth(calibration: bayestouch.Calibration) -> None:
     """Standardised errors of 23 parameters: their mean square is 1 ± sqrt(2/23); 5 such sds are allowed."""
     truth = true_chain()

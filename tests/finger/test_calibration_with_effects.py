@@ -12,6 +12,7 @@ import bayestouch
 from bayestouch.chain.noise import Noise
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.calibration_with_effects import fit_statistics, touch_rows
+from bayestouch.model.noise import AddedNoise
 
 
 def test_readings_that_are_missing_count_as_none(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -21,15 +22,43 @@ def test_readings_that_are_missing_count_as_none(monkeypatch: pytest.MonkeyPatch
     means.angle_deg = means.indenter_radius_mm = means.load = one
     means.samples, means.reads_of_load = np.array([5.0, 4.0]), np.array([1.0, 4.0])
     model = SimpleNamespace(
-        known=SimpleNamespace(means=means), predict=lambda vector: SimpleNamespace(touches=np.zeros((2, 2)))
+        known=SimpleNamespace(means=means),
+        predict=lambda vector: SimpleNamespace(touches=np.zeros((2, 2))),
+        by_load=lambda vector: np.zeros((2, 2)),
+        peak=np.ones(2),
     )
     finger = SimpleNamespace(finger=SimpleNamespace(near=lambda angle: angle))
     monkeypatch.setattr("bayestouch.finger.calibration_with_effects.finger_model", lambda model: finger)
-    fitted: Any = SimpleNamespace(model=model, vector=one, drifted=0.0)
+    fitted: Any = SimpleNamespace(model=model, vector=one, drifted=0.0, noise=SimpleNamespace(added=AddedNoise()))
     rows = touch_rows(fitted, Noise(np.array([2.0, 2.0]), one, 0.0, 0.0))
     np.testing.assert_array_equal(rows.counts, [[5, 0], [2, 4]])
     np.testing.assert_array_equal([rows.samples, rows.load_reads], [[5.0, 4.0], [1.0, 4.0]])
     np.testing.assert_allclose(rows.sd, [[2 / np.sqrt(5), np.inf], [2 / np.sqrt(2), 1.0]])
+
+
+def test_sd_of_a_reading_has_the_noise_of_effects_and_the_error_of_a_measured_load(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Own noise 2, 10 % of a signal of 50, 3 % of a peak of 100 in common, and 4 N/m at a slope of 3: by 4 samples.
+
+    The load of the second touch was not measured: its readings are not predicted with it.
+    """
+    means = SimpleNamespace(readings=np.full((2, 1), 50.0), counts=np.full((2, 1), 4), touch=np.arange(2))
+    means.angle_deg = means.indenter_radius_mm = np.zeros(2)
+    means.load, means.samples, means.reads_of_load = np.array([10.0, np.nan]), np.full(2, 4.0), np.array([4.0, 1.0])
+    model = SimpleNamespace(
+        known=SimpleNamespace(means=means),
+        predict=lambda vector: SimpleNamespace(touches=np.full((2, 1), 50.0)),
+        by_load=lambda vector: np.full((2, 1), 3.0),
+        peak=np.array([100.0]),
+    )
+    finger = SimpleNamespace(finger=SimpleNamespace(near=lambda angle: angle))
+    monkeypatch.setattr("bayestouch.finger.calibration_with_effects.finger_model", lambda model: finger)
+    noise: Any = SimpleNamespace(added=AddedNoise(share=0.1, power=1.0, common=0.03))
+    fitted: Any = SimpleNamespace(model=model, vector=np.zeros(1), drifted=0.0, noise=noise)
+    rows = touch_rows(fitted, Noise(np.array([2.0]), np.zeros(1), 0.0, 4.0))
+    of_noise = (2.0**2 + 5.0**2 + 3.0**2) / 4
+    np.testing.assert_allclose(rows.sd[:, 0] ** 2, [of_noise + (3.0 * 4.0) ** 2 / 4, of_noise])
 
 
 def test_error_and_noise_are_shares_of_the_peaks_of_elements_that_are_read(monkeypatch: pytest.MonkeyPatch) -> None:

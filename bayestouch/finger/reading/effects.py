@@ -160,6 +160,10 @@ class EffectContext:
             return None
         return SignalNoise.of(added, self.effects_chain.model.peak, self.counts, signal, covariance)
 
+    def added_variance(self, signal: FloatArray) -> FloatArray:
+        """Variance (t, m) that noise effects add to the mean readings, for predicted readings (t, m)."""
+        return self.effects_chain.listed.noise.mean_variance(signal, self.effects_chain.model.peak, self.counts)
+
     def columns(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance of the readings with the parameters of the calibration, for a table over touches.
 

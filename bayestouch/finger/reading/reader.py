@@ -103,6 +103,10 @@ class TouchContext(Protocol):
         """Noise that depends on the signal, with readings (t, m) and their covariance (t, m, m) at the modes."""
         ...
 
+    def added_variance(self, signal: FloatArray) -> FloatArray:
+        """Variance (t, m) that noise effects add to the mean readings, for predicted readings (t, m)."""
+        ...
+
 
 @dataclass(frozen=True, eq=False)
 class TouchReadings:

@@ -242,7 +242,7 @@ class FingerTouchReader:
             load=means.load,
             observed=means.readings,
             predicted=predicted,
-            sd=self.sampler.noise.mean_sd(block.readings.counts, predicted),
+            sd=self._sd(block.readings, predicted),
             counts=block.readings.counts,
             samples=means.samples,
             load_reads=means.reads_of_load,
@@ -306,6 +306,13 @@ class FingerTouchReader:
         if readings.context is None:
             return predicted
         return np.asarray(readings.context.readings(predicted, radius, angle, load, np.arange(len(load))))
+
+    def _sd(self, readings: TouchReadings, predicted: FloatArray) -> FloatArray:
+        """Standard deviation (t, m) of the noise of mean readings, with that of effects, for predicted readings."""
+        variance = self.sampler.noise.mean_variance(readings.counts, predicted)
+        if readings.context is not None:
+            variance = variance + readings.context.added_variance(predicted)
+        return np.asarray(np.sqrt(variance))
 
 
 def _with_blunt_edges(priors: IndenterPriors, effects_chain: ChainWithEffects | None) -> IndenterPriors:

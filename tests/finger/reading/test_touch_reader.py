@@ -17,6 +17,7 @@ from bayestouch.finger.reading.effects import EffectContext
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.faults import SensorCheck
 from bayestouch.reading.options import Options
+from bayestouch.reporting.residuals import standardised
 
 OPTIONS = {"draws": 64, "seed": 5, "method": "importance"}
 
@@ -122,3 +123,26 @@ def test_a_misfit_widens_the_noise_of_effects_too() -> None:
         found.append(context.covariance(*touch))
     assert found[0].min() > 0
     np.testing.assert_allclose(found[1], 9 * found[0])
+
+
+@pytest.mark.parametrize(("effect", "size"), [("signal_dependent_noise", 0.05), ("common_mode_noise", 0.03)])
+def test_residuals_are_compared_with_the_noise_of_effects(effect: str, size: float) -> None:
+    """The root mean square of standardised residuals of a right model is about 1, in `infer` and the calibration.
+
+    Without the noise of the effect it is above 3.
+    """
+    design = bayestouch.FingerDesign(
+        n_elements=5,
+        calibration_span_deg=30.0,
+        edge_step_deg=2.0,
+        flat_step_deg=5.0,
+        touch_step_deg=4.0,
+        noise_percent_peak=0.5,
+        samples_per_touch=5,
+    )
+    data = bayestouch.simulate(design, effects={effect: size}, seed=0).dataset
+    model = StatedModel("finger", "layer", ((effect, {}),))
+    calibration = bayestouch.calibrate(data, model=model, draws=100, seed=1)
+    read = bayestouch.infer(data.touches, calibration, **OPTIONS)  # type: ignore[arg-type]
+    for rows in (calibration.rows, read.rows):
+        assert 0.6 < np.sqrt(np.nanmean(standardised(rows) ** 2)) < 1.2
