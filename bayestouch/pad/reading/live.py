@@ -12,7 +12,7 @@ from scipy.special import chdtrc
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.pad.reading.live_effects import PadStream
-from bayestouch.pad.reading.live_grid import NODES, Region
+from bayestouch.pad.reading.live_grid import LONGER, NODES, Region
 from bayestouch.pad.reading.live_nodes import OnePadTouch, PadNodes, TrueLoadTable, pad_nodes
 from bayestouch.pad.reading.live_search import ELSEWHERE, Rough, Search
 from bayestouch.pad.reading.touch_reader import PadTouchReader
@@ -21,10 +21,11 @@ from bayestouch.reading.mixtures import mixture_quantiles
 from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration
 
-# A region is replaced if its ends have more than the share AT_END of the probability, if the mean of the posterior is
-# more than MOVED sd from its centre, or if an sd differs by more than a factor RESIZED. TRIES: largest number of
-# regions.
-AT_END, MOVED, RESIZED, TRIES = 1e-4, 0.7, 1.4, 4
+# A region is replaced if the mean of the posterior is more than MOVED sd from its centre, if an sd differs by more than
+# a factor RESIZED, or if more than the share BEYOND of a variance is beyond an end. TRIES: largest number of regions.
+MOVED, RESIZED, BEYOND, TRIES = 0.7, 1.4, 0.02, 6
+# Share of a variance beyond the ends that makes a standard deviation 5 % too small.
+TOO_MUCH = 0.1
 # If the largest of the last three Legendre coefficients over the first one is below this, the nodes resolve the
 # posterior: the variance of a normal density then has an error of 0.4 %.
 UNRESOLVED = 1.2
@@ -129,12 +130,16 @@ class PadLive:
         region = Region(reader.map.low, reader.map.high, rough.mean, rough.covariance, many if wide else few)
         for left in reversed(range(TRIES)):
             nodes = pad_nodes(reader, region, one, rough.load, self._true_loads)
-            at_ends, unresolved = region.at_ends(nodes.mass, nodes.ends), region.unresolved(nodes.mass) > UNRESOLVED
-            poor = at_ends > AT_END or _displaced(region, nodes)
+            beyond = region.beyond(nodes.mass, nodes.ends, nodes.load, nodes.load_sd)
+            unresolved = region.unresolved(nodes.mass) > UNRESOLVED
+            displaced = _displaced(region, nodes)
+            poor = displaced or bool((beyond > BEYOND).any())
             if not left or not (poor or (unresolved and region.n < many)):
                 break
-            region = _moved(region, nodes, at_ends, many if unresolved and not poor else region.n)
-        return region, nodes, at_ends > 10 * AT_END or unresolved
+            # A region about the right place shows how far the tails reach.
+            reach = region.reach if displaced else np.where(beyond > BEYOND, LONGER * region.reach, region.reach)
+            region = _moved(region, nodes, reach, region.n if displaced else many)
+        return region, nodes, bool(beyond.sum() > TOO_MUCH) or unresolved
 
 
 def _displaced(region: Region, nodes: PadNodes) -> bool:
@@ -144,13 +149,13 @@ def _displaced(region: Region, nodes: PadNodes) -> bool:
     return bool(moved.max() > MOVED or width.max() > RESIZED or width.min() < 1 / RESIZED)
 
 
-def _moved(region: Region, nodes: PadNodes, at_ends: float, n: int) -> Region:
+def _moved(region: Region, nodes: PadNodes, reach: FloatArray, n: int) -> Region:
     """A region about the posterior that another one has shown, with n nodes of each coordinate."""
-    grown = nodes.covariance * (2.25 if at_ends > AT_END else 1.0)
+    grown = nodes.covariance.copy()
     least = 0.04 * region.covariance.diagonal()
     axes = range(len(nodes.mean))
     grown[axes, axes] = np.maximum(grown.diagonal(), least)
-    return Region(region.low, region.high, nodes.mean, grown, n)
+    return Region(region.low, region.high, nodes.mean, grown, n, reach)
 
 
 def _misfit(one: OnePadTouch, nodes: PadNodes) -> float:

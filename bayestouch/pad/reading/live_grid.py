@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -12,8 +12,12 @@ from bayestouch.array_types import FloatArray
 
 # Number of nodes of each coordinate, in one and in two dimensions: at first, and if these do not resolve the posterior.
 NODES = {1: (25, 61), 2: (15, 31)}
-# Half width of the region in sd, and number of points between which a distribution function is interpolated.
-REACH, FINE = 5.0, 41
+# Distance of each end of a region from its centre in sd, and its growth if too much is beyond. FINE: number of points
+# between which a distribution function is interpolated.
+REACH, LONGER, FINE = 5.0, 1.6, 41
+# Below this share of its largest value a density has less than 2 % of the variance beyond the end, however slowly it
+# falls there (one e-fold over the region).
+NOTHING = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +36,8 @@ class Region:
         Covariance, which determines the widths, mm².
     n : int
         Number of nodes of each coordinate.
+    reach : (D, 2) array
+        Distances of the lower and the upper end of each coordinate from the centre, in standard deviations.
     """
 
     low: FloatArray
@@ -39,13 +45,13 @@ class Region:
     mean: FloatArray
     covariance: FloatArray
     n: int
+    reach: FloatArray = field(default_factory=lambda: np.full((2, 2), REACH))
 
     def nodes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Locations (n, D), weights (n,), and the ends (k, 2) of the last coordinate for each node of the first."""
         dimensions = len(self.mean)
         unit, weight = _legendre(self.n)
-        sd = float(np.sqrt(self.covariance[0, 0]))
-        begin, end = _clipped(self.mean[0] - REACH * sd, self.mean[0] + REACH * sd, self.low[0], self.high[0])
+        begin, end = self._first_ends
         first = begin + (end - begin) * unit
         weights = (end - begin) * weight
         if dimensions == 1:
@@ -53,27 +59,69 @@ class Region:
         slope = self.covariance[0, 1] / self.covariance[0, 0]
         own = np.sqrt(max(self.covariance[1, 1] - slope * self.covariance[0, 1], 1e-4 * self.covariance[1, 1]))
         centre = self.mean[1] + slope * (first - self.mean[0])
-        low, high = _clipped(centre - REACH * own, centre + REACH * own, self.low[1], self.high[1])
+        below, above = centre - self.reach[1, 0] * own, centre + self.reach[1, 1] * own
+        low, high = _clipped(below, above, self.low[1], self.high[1])
         second = low[:, None] + (high - low)[:, None] * unit
         out = np.stack([np.repeat(first, len(unit)), second.ravel()], axis=-1)
         both = (weights * (high - low))[:, None] * weight
         return out, both.ravel(), np.stack([low, high], axis=-1)
 
-    def at_ends(self, mass: FloatArray, ends: FloatArray) -> float:
-        """Largest share of the masses (n,) in the outermost nodes; ends of the calibrated region are not counted."""
-        n = self.n
-        if len(self.mean) == 1:
-            open_ = ends[0, 0] > self.low[0], ends[0, 1] < self.high[0]
-            return float(max(mass[0] * open_[0], mass[-1] * open_[1]))
-        table = mass.reshape(n, n)
-        rows = table.sum(axis=1)
-        sd = np.sqrt(self.covariance[0, 0])
-        first = (
-            rows[0] * (self.mean[0] - REACH * sd > self.low[0]),
-            rows[-1] * (self.mean[0] + REACH * sd < self.high[0]),
-        )
-        second = (table[:, 0] * (ends[:, 0] > self.low[1])).sum(), (table[:, -1] * (ends[:, 1] < self.high[1])).sum()
-        return float(max(*first, *second))
+    def beyond(self, mass: FloatArray, ends: FloatArray, load: FloatArray, load_sd: float) -> FloatArray:
+        """Share (D, 2) of the variance of location or load, whichever is larger, that is beyond each end of the region.
+
+        Beyond an end, the density is taken to fall exponentially, as it does at the outermost nodes, and the load to
+        go on changing evenly. Ends of the calibrated region are not counted.
+
+        Parameters
+        ----------
+        mass, ends : arrays
+            Masses (n,) of the `nodes`, and ends (k, 2).
+        load, load_sd : (n,) array, float
+            Mean load at each node, and standard deviation of the load.
+        """
+        table, loads = mass.reshape(self.n, -1), load.reshape(self.n, -1)
+        along_last = (table, loads) if len(self.mean) == 1 else (table.T, loads.T)
+        out, about = np.zeros((len(self.mean), 2)), (float(mass @ load), load_sd)
+        # Rows of which this end is inside the calibrated region; in one dimension there is one row.
+        for side, rows in enumerate((ends[:, 0] > self.low[-1], ends[:, 1] < self.high[-1])):
+            if rows.any():
+                out[-1, side] = self._tail(along_last[0][:, rows], along_last[1][:, rows], side, *about)
+            if len(self.mean) == 2 and self._first_ends[side] not in (self.low[0], self.high[0]):
+                out[0, side] = self._tail(table, loads, side, *about)
+        return out
+
+    @property
+    def _first_ends(self) -> tuple[float, float]:
+        """Ends of the first coordinate, mm."""
+        below, above = self.mean[0] + np.array([-1, 1]) * self.reach[0] * np.sqrt(self.covariance[0, 0])
+        return _clipped(below, above, self.low[0], self.high[0])
+
+    def _tail(self, mass: FloatArray, loads: FloatArray, side: int, mean_load: float, load_sd: float) -> float:
+        """Share of the variance of a coordinate or of the load beyond one end, from masses and loads (n, rows).
+
+        With a linear change ``b`` and an exponential distance ``t``, the mean of ``(a + b t)²`` is
+        ``a² + 2 a b E[t] + 2 b² E[t]²``.
+        """
+        unit, weight = _legendre(self.n)
+        marginal = mass.sum(axis=1)
+        density = marginal / weight
+        ends = [0, 2] if side == 0 else [-1, -3]
+        outer, inner = density[ends].tolist()
+        if outer <= NOTHING * density.max():
+            return 0.0
+        step = float(abs(unit[2] - unit[0]))
+        # At least one e-fold over the region: a density that does not fall would have no end.
+        length = step / max(float(np.log(inner / outer)), step)
+        middle = float(unit @ marginal) / float(marginal.sum())
+        variance = float((unit - middle) ** 2 @ marginal) / float(marginal.sum())
+        load = np.einsum("er,er->e", mass[ends], loads[ends]) / marginal[ends]
+        shares = []
+        for value, change, of_all in (
+            (abs(unit[ends[0]] - middle), length, variance),
+            (load[0] - mean_load, length * (load[0] - load[1]) / step, load_sd**2),
+        ):
+            shares.append((value * value + 2 * value * change + 2 * change * change) / of_all)
+        return float(outer * length * max(shares))
 
     def unresolved(self, mass: FloatArray) -> float:
         """Largest of the last three Legendre coefficients of marginal densities over the first; small if resolved."""
