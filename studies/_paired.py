@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 #: Mark of the table in a page.
 PAIRED = "<!-- beside the best regression, made by studies/measured_diagnosis.py -->"
 HEAD = (
-    *("data", "quantity", "best regression"),
+    *("data", "quantity", "runs", "best regression"),
     "rms: after minus regression (90 % interval)",
     "without the run with the largest errors",
 )
@@ -44,7 +44,7 @@ def paired_rows(name: str, ways: Sequence[Worth]) -> list[list[str]]:
         kept = after.run != worst_run(one, two, run=after.run)
         shown = [difference_of_rms(one[some], two[some], after.run[some]) for some in (kept | True, kept)]
         texts = [f"{value:+.2f} ({low:+.2f} to {high:+.2f})" for value, low, high in shown]
-        rows.append([name, quantity, best.way, *texts])
+        rows.append([name, quantity, str(len(np.unique(after.run))), best.way, *texts])
     return rows
 
 

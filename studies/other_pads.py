@@ -26,7 +26,7 @@ import numpy as np
 from _page import DOCS, markdown_table, write_between
 from _paired import after_and_best
 from _result_lines import Record, appending, kept_lines
-from _runs import difference_of_rms, over_runs, ratio, share_of_runs
+from _runs import difference_of_rms, share_of_runs, share_over_runs
 from _worth import Worth, worths
 
 import bayestouch
@@ -129,6 +129,7 @@ def result(name: str, dataset: DataSet, **options: Any) -> Record:
         "verdict": numbers["verdict"],
         "correction": numbers["correction"] is not None,
         "sentences": str(diagnosis),
+        "runs": len(np.unique(ways[0].run)),
         "ways": {each.way: numbers_of(each) for each in ways},
         "after_minus_best": {key: against_best(ways, key) for key in ("distance_mm", "load_error_N")},
     }
@@ -175,7 +176,7 @@ def _commit() -> str:
 
 
 HEAD = (
-    *("data", "touches", "traced to", "verdict"),
+    *("data", "touches (runs held out)", "traced to", "verdict"),
     *("location rms, mm: best regression", "before", "after"),
     "90 % regions hold, before → after",
     *("load rms, N: best regression", "before", "after"),
@@ -205,9 +206,11 @@ def row(found: Record) -> list[str]:
         interval = f" ({low:.2f} to {high:.2f})" if low is not None else ""
         return f"{before[key]:.2f} → {after[key]:.2f}{interval}"
 
+    runs = f" ({found['runs']})" if "runs" in found else ""
+
     return [
         found["name"],
-        str(found["touches"]),
+        f"{found['touches']}{runs}",
         "; ".join(found["effects"]) or "nothing",
         found["verdict"],
         *errors("rms_mm", "distance_mm"),
@@ -259,9 +262,8 @@ def summary(records: Sequence[Record]) -> str:
 
 
 def coverage_interval(share: np.ndarray, touches: np.ndarray) -> tuple[float, float]:
-    """Central 90 % interval of the share of touches (pads,), by bootstrap over pads."""
-    sums = np.stack([share * touches, touches], axis=1)
-    return over_runs(sums, np.arange(len(share)), ratio)[1:]
+    """Central 90 % interval over pads of the share of touches (pads,)."""
+    return share_over_runs(share * touches, touches)[1:]
 
 
 def as_page(records: Sequence[Record]) -> str:

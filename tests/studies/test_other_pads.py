@@ -69,14 +69,6 @@ def test_an_error_is_a_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "| fluid-air-2.0 | – | – | error |" in capsys.readouterr().out
 
 
-def test_coverage_interval_is_that_of_equal_pads() -> None:
-    """Pads of the same share have no scatter; with two shares, the interval reaches from one to the other."""
-    module = study("other_pads")
-    touches = np.array([100.0, 200.0])
-    assert module.coverage_interval(np.array([0.9, 0.9]), touches) == pytest.approx((0.9, 0.9))
-    assert module.coverage_interval(np.array([0.8, 1.0]), touches) == pytest.approx((0.8, 1.0))
-
-
 def test_errors_that_runs_share() -> None:
     """Two runs that are wrong by their own amounts, and two whose touches are wrong in turn."""
     module = study("other_pads")
@@ -84,18 +76,6 @@ def test_errors_that_runs_share() -> None:
     assert module.shared_by_runs(np.array([2.0, 2.0, -1.0, -1.0]), run) == pytest.approx(1)
     assert module.shared_by_runs(np.array([2.0, -2.0, -1.0, 1.0]), run) == pytest.approx(0)
     assert module.shared_by_runs(np.array([3.0, 1.0, 0.0, 0.0]), run) == pytest.approx(0.8)
-
-
-def test_intervals_over_runs_are_those_of_whole_runs() -> None:
-    """Every touch of a run is inside or none is: the share scatters as that of runs, not of touches."""
-    rng, runs = np.random.default_rng(0), 40
-    inside = np.repeat((rng.uniform(size=runs) < 0.8).astype(float), 10)
-    share, low, high = study("_runs").share_of_runs(inside, np.repeat(np.arange(runs), 10))
-    assert share == inside.mean()
-    sd = np.sqrt(share * (1 - share) / runs)
-    # 1.64 sds on each side; a quantile of 4,000 samples is good to 3 %, and shares of 40 runs are a lattice of 0.025.
-    assert share - low == pytest.approx(1.64 * sd, abs=0.025 + 0.05 * sd)
-    assert high - share == pytest.approx(1.64 * sd, abs=0.025 + 0.05 * sd)
 
 
 def test_the_page_says_how_well_a_share_is_known() -> None:
