@@ -220,7 +220,7 @@ def test_a_reference_angle_that_is_off_turns_no_finger(
     On one finger another effect explains the readings as well, so that references are left as they are stated; on the
     other none does, and the location of the whole finger stays where it was stated.
     """
-    monkeypatch.setattr("independent.dataset.value_of_size", lambda plain, effect, wanted, seed: wanted)
+    monkeypatch.setattr("independent.dataset.value_of_size", lambda plain, effect, wanted, seed, index: wanted)
     effect = Effect("twice around", "sine", "before", 1.0, 5.0, twice_around)
     simulated = simulate(SMALL, [(effect, size)], seed)
     path = write(simulated, tmp_path / "finger")

@@ -44,8 +44,10 @@ def planned(of: Design, order: str, seed: int) -> Recording:
     return in_order(record(of, build(of, of_finger), of_plan), order, of_order)
 
 
-def within_reach(plain: Recording, effect: Effect, wanted: float, seed: int) -> tuple[float, float]:
+def within_reach(plain: Recording, effect: Effect, wanted: float, seed: int, index: int = 0) -> tuple[float, float]:
     """The largest size of the ladder, `wanted` or below, that the effect reaches, and its value.
+
+    `index` is its place among the effects of the finger.
 
     Raises
     ------
@@ -55,7 +57,7 @@ def within_reach(plain: Recording, effect: Effect, wanted: float, seed: int) -> 
     for each in LADDER:
         if each <= wanted:
             try:
-                return each, value_of_size(plain, effect, each, seed)
+                return each, value_of_size(plain, effect, each, seed, index)
             except OutOfReach:
                 continue
     raise OutOfReach(f"{effect.key}: no value up to {effect.largest:g} leaves {LADDER[-1]:g} times the noise")
@@ -70,7 +72,7 @@ def simulate(of: Design, order: str, wanted: list[tuple[Effect, float]], seed: i
         An effect reaches no size of the ladder.
     """
     plain = planned(of, order, seed)
-    found = [(effect, *within_reach(plain, effect, each, seed)) for effect, each in wanted]
+    found = [(effect, *within_reach(plain, effect, each, seed, i)) for i, (effect, each) in enumerate(wanted)]
     recording = applied(plain, [(effect, value) for effect, _, value in found], seed)
     of_noise = np.random.default_rng([seed, 2])
     readings = recording.signal + recording.error + of.noise_sd * of_noise.standard_normal(recording.signal.shape)

@@ -44,7 +44,7 @@ def simulate(design: Design, wanted: list[tuple[Effect, float]], seed: int, nois
     of_finger, of_plan = (np.random.default_rng([seed, stream]) for stream in range(2))
     of_noise = np.random.default_rng([seed, 2, *noise])
     plain = record(design, build(design, of_finger), of_plan)
-    values = [(effect, value_of_size(plain, effect, each, seed)) for effect, each in wanted]
+    values = [(effect, value_of_size(plain, effect, each, seed, i)) for i, (effect, each) in enumerate(wanted)]
     recording = applied(plain, values, seed)
     readings = recording.signal + recording.error + design.noise_sd * of_noise.standard_normal(recording.signal.shape)
     loads = recording.read_load + design.force_sd * of_noise.standard_normal(len(recording.time))

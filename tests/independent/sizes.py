@@ -22,10 +22,13 @@ class OutOfReach(ValueError):
     """No value that could pass unnoticed gives the wanted size."""
 
 
-def applied(recording: Recording, effects: list[tuple[Effect, float]], seed: int) -> Recording:
-    """`recording` with its signals, under `effects` with their values; each draws from a stream of its own."""
+def applied(recording: Recording, effects: list[tuple[Effect, float]], seed: int, first: int = 0) -> Recording:
+    """`recording` with its signals, under `effects` with their values.
+
+    Each draws from a stream of its own: `first` is the number of the first effect, which picks its stream.
+    """
     for when in ("before", "after", "error"):
-        for index, (effect, value) in enumerate(effects):
+        for index, (effect, value) in enumerate(effects, start=first):
             if effect.when == when and value != 0:
                 recording = effect.apply(recording, value, np.random.default_rng([seed, 100 + index]))
         if when == "before":
@@ -79,12 +82,15 @@ def size(recording: Recording) -> float:
     return float(np.sqrt(structure + np.mean(recording.error[used] ** 2) / recording.noise_sd**2))
 
 
-def value_of_size(recording: Recording, effect: Effect, wanted: float, seed: int) -> float:
-    """Value at which `effect` alone has size `wanted`, within 1 %, by secants in the logarithms."""
+def value_of_size(recording: Recording, effect: Effect, wanted: float, seed: int, index: int = 0) -> float:
+    """Value at which `effect` alone has size `wanted`, within 1 %, by secants in the logarithms.
+
+    `index` is its place among the effects of the finger: the size is that of the course that it has there.
+    """
     tried: list[tuple[float, float]] = []
     value = effect.start
     for _ in range(30):
-        got = size(applied(recording, [(effect, value)], seed))
+        got = size(applied(recording, [(effect, value)], seed, index))
         if abs(got / wanted - 1) < 0.01 and value <= effect.largest:
             return value
         if got < wanted and value >= effect.largest:

@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
+from typing import cast
 
 import numpy as np
 import pytest
@@ -163,6 +164,16 @@ def test_the_same_seed_gives_the_same_finger_under_every_effect() -> None:
     assert np.array_equal(one.recording.press.load, other.recording.press.load)
     assert one.truth["size"] == pytest.approx(0, abs=1e-9)
     assert other.truth["size"] == pytest.approx(1, rel=0.01)
+
+
+def test_the_second_effect_of_a_pair_has_the_size_asked_for() -> None:
+    """With the course that it has on this finger, which is another one than if it were the first."""
+    pair = [fourth_forms.EFFECTS[key] for key in ("load_offset: return spring", "baseline_drift: charge amplifiers")]
+    made = simulate(design("small", "stiff"), "scan", [(effect, 1.0) for effect in pair], SEED)
+    value, stated = (cast("dict[str, float]", made.truth[key])[pair[1].key] for key in ("effects", "sizes"))
+    second = pair[1].apply(plain().pressed(), value, np.random.default_rng([SEED, 101]))
+    assert stated == 1.0
+    assert size(second) == pytest.approx(1.0, rel=0.01)
 
 
 def test_a_size_out_of_reach_is_the_next_one_of_the_ladder() -> None:

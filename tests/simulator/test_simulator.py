@@ -152,6 +152,16 @@ def test_effects_have_the_size_asked_for(key: str) -> None:
     assert size(applied(plain, [(effect, value / 2)], 3)) < 0.45
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_second_effect_of_a_pair_has_the_size_asked_for(seed: int) -> None:
+    """With the course that it has on this finger, which is another one than if it were the first."""
+    pair = [EFFECTS["crosstalk: unequal, second neighbours"], EFFECTS["baseline_drift: random walk"]]
+    simulated = simulate(SMALL, [(effect, 2.0) for effect in pair], seed)
+    value = simulated.truth["effects"][pair[1].key]  # type: ignore[index]
+    second = pair[1].apply(simulate(SMALL, [], seed).recording, value, np.random.default_rng([seed, 101]))
+    assert size(second) == pytest.approx(2.0, rel=0.01)
+
+
 def test_size_predicts_the_lack_of_fit(tmp_path: Path) -> None:
     """The lack of fit is 1 + s² of the calibration touches: their own residual, as left over by the base parameters."""
     (effect,) = forms("crosstalk")
