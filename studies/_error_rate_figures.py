@@ -9,7 +9,7 @@ import numpy as np
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
-from _error_rate_tables import Record, at_least, indistinguishable, of_kind, said
+from _error_rate_tables import Record, at_least, counted, indistinguishable, is_detected, of_kind, said
 
 BLUE, ORANGE, GREY = "#1f6fb4", "#d9730d", "#8a8a8a"
 
@@ -21,7 +21,7 @@ def save_figures(
     names: tuple[str, ...] = ("detection", "confusion", "before_after"),
 ) -> None:
     """Save figures as PNG."""
-    done = [record for record in records if "diagnosis" in record]
+    done = counted(records)
     ones = of_kind(done, "one")
     if not ones:
         return
@@ -45,7 +45,7 @@ def detection(ones: list[Record]) -> plt.Figure:
         for size in sizes:
             here = [r for r in ones if r["names"][0] == name and r["effects"][0][1] == size]
             named = [said(r) == name for r in here]
-            shares["seen"].append(_mean([r["diagnosis"]["verdict"] != "adequate" for r in here]))
+            shares["seen"].append(_mean(list(map(is_detected, here))))
             shares["named"].append(_mean(named))
             shares["indistinguishable"].append(
                 _mean([n or name in indistinguishable(r) for n, r in zip(named, here, strict=True)])

@@ -11,6 +11,7 @@ import numpy as np
 from _error_rate_tables import (
     Record,
     at_least,
+    counted,
     excess_cut,
     fits,
     found,
@@ -62,7 +63,7 @@ def page(records: list[Record]) -> str:
     version = the_version(records)
     headlines, tables, several = [], [], groups(records)
     for title, some in several.items():
-        done = [record for record in some if "diagnosis" in record]
+        done = counted(some)
         rows = [
             f"| {question} | {hits} of {n} | {interval(hits, n) if n else '-'} | {aim} |"
             for question, hits, n, aim in headline(done)
@@ -73,7 +74,7 @@ def page(records: list[Record]) -> str:
             tables.append(TABLES.format(title=title, tables=text.getvalue().rstrip()))
     return PAGE.format(
         development="\n\n".join(statements(records)),
-        n=sum("diagnosis" in record for record in records),
+        n=len(counted(records)),
         fingers=" and ".join(f"{len({r['finger'] for r in some})} {title}" for title, some in several.items()),
         version=version,
         forms=forms(),
@@ -94,7 +95,7 @@ def groups(records: list[Record]) -> dict[str, list[Record]]:
     for design in ("small", "whole"):
         for looked_at in (True, False):
             some = [r for r in records if r["design"] == design and is_looked_at(r) == looked_at]
-            if any("diagnosis" in record for record in some):
+            if counted(some):
                 fingers = sorted({record["finger"] for record in some})
                 kind = "development set" if looked_at else "fresh"
                 several[f"{design} fingers {numbers(fingers)} ({kind})"] = some

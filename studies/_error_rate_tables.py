@@ -10,14 +10,16 @@ import numpy as np
 from independent.dataset import EFFECTS
 
 Record = dict[str, Any]
+#: Verdict of a diagnosis that failed.
+FAILED = "failed"
 
 
 def print_tables(records: list[Record]) -> None:
     """All tables. Cases out of reach, and those that failed, are counted first."""
     failed = [record for record in records if "error" in record]
     beyond = [record for record in records if "out_of_reach" in record]
-    done = [record for record in records if "diagnosis" in record]
-    print(f"{len(done)} diagnoses, {len(beyond)} cases out of reach, {len(failed)} failed")
+    done = counted(records)
+    print(f"{len(done)} diagnoses, {len(failed)} of them failed; {len(beyond)} cases out of reach")
     for record in failed[:10]:
         print(f"  failed: {record['key']}: {record['error']}")
     if not done:
@@ -25,6 +27,16 @@ def print_tables(records: list[Record]) -> None:
     for table in (nothing_there, detection, confusion, pairs, unlisted, before_and_after, cost):
         print()
         table(done)
+
+
+def counted(records: list[Record]) -> list[Record]:
+    """Cases that rates are of: a diagnosis that failed counts as wrong, as one that says nothing."""
+    failed = {"verdict": FAILED, "effects": [], "before": {}, "after": {}}
+    return [
+        {**record, "diagnosis": failed} if "error" in record else record
+        for record in records
+        if "out_of_reach" not in record
+    ]
 
 
 def of_kind(records: list[Record], kind: str) -> list[Record]:
@@ -59,6 +71,11 @@ def at_least(records: list[Record], size: float) -> list[Record]:
     return [record for record in of_kind(records, "one") if record["effects"][0][1] >= size]
 
 
+def is_detected(record: Record) -> bool:
+    """Whether the diagnosis said that something is missing."""
+    return record["diagnosis"]["verdict"] not in ("adequate", FAILED)
+
+
 def is_named(record: Record) -> bool:
     """Whether the effect that is there was named first."""
     return said(record) == record["names"][0]
@@ -76,7 +93,8 @@ def is_member(record: Record) -> bool:
 
 def fits(record: Record) -> bool:
     """Whether the lack of fit after is what was aimed at."""
-    return float(record["diagnosis"]["after"]["lack_of_fit"]) <= 1.1
+    after = record["diagnosis"]["after"].get("lack_of_fit")
+    return after is not None and bool(after <= 1.1)
 
 
 def named_first(records: list[Record]) -> list[Record]:
@@ -89,7 +107,7 @@ def nothing_there(records: list[Record]) -> None:
     plain = of_kind(records, "none")
     print("no effect: adequate in", rate(plain, lambda r: r["diagnosis"]["verdict"] == "adequate"), "(aim: 95 %)")
     for alarm in sorted(said(record) for record in plain if record["diagnosis"]["verdict"] != "adequate"):
-        print(f"  false alarm: {alarm}")
+        print(f"  false alarm: {alarm}" if alarm != FAILED else "  failed")
 
 
 def detection(records: list[Record]) -> None:
@@ -105,7 +123,7 @@ def detection(records: list[Record]) -> None:
         for size in sizes:
             here = [r for r in ones if r["effects"][0][1] == size and form in ("all", r["effects"][0][0])]
             counts = (
-                rate(here, lambda r: r["diagnosis"]["verdict"] != "adequate"),
+                rate(here, is_detected),
                 rate(here, is_named),
                 rate(here, is_named_or_indistinguishable),
             )
@@ -136,7 +154,7 @@ def pairs(records: list[Record]) -> None:
 
 def excess_cut(record: Record) -> float:
     """Share of the held-out lack of fit above 1 (the noise floor) that was taken away; NaN where there is none."""
-    before, after = (record["diagnosis"][when]["lack_of_fit"] for when in ("before", "after"))
+    before, after = (record["diagnosis"][when].get("lack_of_fit") for when in ("before", "after"))
     if before is None or after is None or before <= 1:
         return float("nan")
     return float((before - after) / (before - 1))
@@ -179,8 +197,11 @@ def _median(values: list[float | None]) -> float:
 
 
 def cost(records: list[Record]) -> None:
-    """Time of a diagnosis."""
-    seconds = [record["seconds"] for record in records]
+    """Time of a diagnosis that came to its end."""
+    whole = [record for record in records if "seconds" in record]
+    if not whole:
+        return
+    seconds = [record["seconds"] for record in whole]
     quantiles = ", ".join(f"{value:.1f}" for value in np.quantile(seconds, [0.0, 0.5, 0.9, 1.0]))
-    cpu = np.median([record["cpu_seconds"] for record in records])
+    cpu = np.median([record["cpu_seconds"] for record in whole])
     print(f"seconds a diagnosis (least, median, 90 %, most): {quantiles}; of the processor, median {cpu:.1f}")

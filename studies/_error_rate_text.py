@@ -58,7 +58,8 @@ Terms of the tables:
   that was set as a goal. Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms
   and sizes of the study. Cases of one finger share its touches, so the intervals are a little too narrow. The noise of
   readings is drawn anew for each case.
-- *Out of reach*: to make an error of this size, the effect would need an absurd value. Such a case is not run.
+- *Out of reach*: to make an error of this size, the effect would need an absurd value. Such a case is not run. A
+  diagnosis that failed counts as wrong.
 - *Before*: the calibration without effects. *After*: with what the diagnosis found. Both are of the same held-out
   touches. *Against references as stated*: errors against the data set's own columns
   ([](diagnosis.md#references-that-a-diagnosis-moves)).

@@ -11,6 +11,13 @@ from study_modules import study
 
 rates = study("error_rates")
 MEMBER, OTHER = "proximity: Lorentzian", "gain_nonlinearity: tanh"
+# Effects of a finger of each kind.
+KINDS: dict[str, tuple[tuple[str, float], ...]] = {
+    "none": (),
+    "one": ((MEMBER, 1.0),),
+    "pair": ((MEMBER, 1.5), (OTHER, 1.5)),
+    "unlisted": (("far_lobe: ", 1.0),),
+}
 
 
 def result(case: Any, version: str, named: str | None = None) -> dict[str, Any]:
@@ -128,3 +135,30 @@ def test_members_of_the_catalogue_are_counted_apart() -> None:
     assert rows[place + 2] == ["... other forms", "1 of 3"]
     assert f"{MEMBER} *" in text
     assert f"{OTHER} *" not in text
+
+
+def test_a_diagnosis_that_failed_is_wrong(tmp_path: Path) -> None:
+    """One of two fingers of each kind failed: it is not named, not adequate, not unattributed, and was not detected."""
+    seeds = {kind: (1, 2) if effects else (rates.PLAIN_SEEDS, rates.PLAIN_SEEDS + 1) for kind, effects in KINDS.items()}
+    cases = [rates.Case(kind, KINDS[kind], seed, "small") for kind, several in seeds.items() for seed in several]
+    records = [result(case, "a", case.names[0] if case.names else None) for case in cases]
+    for record in records:
+        if record["kind"] == "unlisted":
+            record["diagnosis"]["verdict"] = "unattributed"
+        if record["kind"] == "pair":
+            record["diagnosis"]["effects"] = [{"name": name} for name in record["names"]]
+    for record in records[1::2]:
+        del record["diagnosis"], record["seconds"], record["cpu_seconds"]
+        record["error"] = "ValueError: no"
+    text = rates.page(records)
+    rows = dict([cell.strip() for cell in line.split("|")[1:3]] for line in text.splitlines() if line.count("|") > 2)
+    aims = ("no effect: `adequate`", "size 1 and above: named first", "pairs, size 1.5 each: both found")
+    for row in (*aims, "outside the catalogue: `unattributed`", "no effect: held-out lack of fit at most 1.1"):
+        assert rows[row] == "1 of 2", row
+    assert rows["size 1 and above: another effect named first"] == "0 of 2"
+    assert "8 diagnoses, 4 of them failed; 0 cases out of reach" in text
+    # Detected, named first, and the same or indistinguishable.
+    line = next(line for line in text.splitlines() if line.startswith("all "))
+    assert line.split()[1:] == ["1/2", "1/2", "1/2"]
+    rates.save_figures(records, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"detection.png", "confusion.png", "before_after.png"}
