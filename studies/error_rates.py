@@ -51,6 +51,7 @@ from _error_rate_figures import save_figures  # noqa: E402
 from _error_rate_page import groups, page  # noqa: E402
 from _error_rate_tables import print_tables  # noqa: E402
 from _error_rate_versions import code_version, newest, version_of  # noqa: E402
+from _result_lines import appending, kept_lines  # noqa: E402
 from _shared_out import finished  # noqa: E402
 from independent.dataset import EFFECTS, LISTED, UNLISTED, forms, simulate, write  # noqa: E402
 from independent.finger import SMALL, Design  # noqa: E402
@@ -168,26 +169,19 @@ def results(
     RuntimeError
         A worker of the cluster runs another version of the code.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     cache, version = folder / "results.jsonl", code_version()
-    known = {record["key"]: record for record in kept(cache) if version_of(record) == version}
+    known = {record["key"]: record for record in kept_lines(cache) if version_of(record) == version}
     missing = [case for case in wanted if case.key not in known]
     done = finished(run, (light, begin_before), missing, processes=processes, scheduler=scheduler)
-    with cache.open("a", encoding="utf-8") as file:
+    with appending(cache) as append:
         for _, record in tqdm(done, total=len(missing), disable=None):
             if record is None:
                 continue
             if version_of(record) != version:
                 raise RuntimeError(f"a worker runs version {version_of(record)} of the code, here it is {version}")
             known[record["key"]] = record
-            file.write(json.dumps(record) + "\n")
-            file.flush()
+            append(record)
     return [known[case.key] for case in wanted if case.key in known]
-
-
-def kept(cache: Path) -> list[dict[str, Any]]:
-    """All results in the cache, of every version."""
-    return [json.loads(line) for line in cache.read_text(encoding="utf-8").splitlines()] if cache.exists() else []
 
 
 def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
@@ -215,7 +209,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
         fingers = range(options.seeds_from, options.seeds_from + options.fingers)
         wanted = list(cases(fingers, "small" if options.small else "whole"))
         results(options.output, wanted, options.processes, options.light, until, options.scheduler)
-    everything = kept(options.output / "results.jsonl")
+    everything = kept_lines(options.output / "results.jsonl")
     records = newest(everything)
     if not records:
         parser.error(f"{options.output} has no results")

@@ -162,3 +162,14 @@ def test_a_diagnosis_that_failed_is_wrong(tmp_path: Path) -> None:
     assert line.split()[1:] == ["1/2", "1/2", "1/2"]
     rates.save_figures(records, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"detection.png", "confusion.png", "before_after.png"}
+
+
+def test_a_run_that_was_killed_in_the_middle_of_a_line_goes_on(runs: list[str], tmp_path: Path) -> None:
+    first, second = list(rates.cases(range(1), "small"))[:2]
+    cache = tmp_path / "results.jsonl"
+    whole = json.dumps(result(first, rates.code_version())) + "\n"
+    cache.write_text(whole + json.dumps(result(second, rates.code_version()))[:40])
+    got = rates.results(tmp_path, [first, second], 1, True, float("inf"))
+    assert runs == [second.key]
+    assert [record["key"] for record in got] == [first.key, second.key]
+    assert [json.loads(line)["key"] for line in cache.read_text().splitlines()] == [first.key, second.key]
