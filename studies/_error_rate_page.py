@@ -9,12 +9,14 @@ from itertools import groupby
 
 import numpy as np
 from _error_rate_tables import (
+    BIAS,
     Record,
     at_least,
     counted,
     excess_cut,
     fits,
     found,
+    held_out,
     is_member,
     is_named,
     is_named_or_indistinguishable,
@@ -36,7 +38,7 @@ DEVELOPMENT = range(10)
 
 #: Errors of readings: what, key.
 READ = (
-    ("R, bias (mm)", "R_bias_mm"),
+    ("R, bias without its sign (mm)", BIAS),
     ("R, rms (mm)", "R_rms_mm"),
     ("θ_c, rms (degree)", "theta_rms_deg"),
     ("P without the force sensor, rms (N/m)", "P_rms_N_per_m"),
@@ -193,7 +195,7 @@ def readings(records: list[Record]) -> str:
     right, plain = named_first(records), of_kind(records, "none")
 
     def mean(some: list[Record], part: str, key: str) -> str:
-        known = [(record["diagnosis"].get(part) or {}).get(key) for record in some]
+        known = [held_out(record, part, key) for record in some]
         values = np.array([value for value in known if value is not None])
         if len(values) < 2:
             return "-"

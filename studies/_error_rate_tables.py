@@ -12,6 +12,8 @@ from independent.dataset import EFFECTS
 Record = dict[str, Any]
 #: Verdict of a diagnosis that failed.
 FAILED = "failed"
+#: A figure of held-out touches that has a sign.
+BIAS = "R_bias_mm"
 
 
 def print_tables(records: list[Record]) -> None:
@@ -152,6 +154,12 @@ def pairs(records: list[Record]) -> None:
         print(f"  {' + '.join(names):44s}" + ", ".join(f"{what} {count}" for what, count in counts.most_common()))
 
 
+def held_out(record: Record, part: str, key: str) -> float | None:
+    """A figure of the touches that were held out; a bias without its sign, since those of several fingers cancel."""
+    value = (record["diagnosis"].get(part) or {}).get(key)
+    return abs(value) if key == BIAS and value is not None else value
+
+
 def excess_cut(record: Record) -> float:
     """Share of the held-out lack of fit above 1 (the noise floor) that was taken away; NaN where there is none."""
     before, after = (record["diagnosis"][when].get("lack_of_fit") for when in ("before", "after"))
@@ -177,15 +185,15 @@ def unlisted(records: list[Record]) -> None:
 
 def before_and_after(records: list[Record]) -> None:
     """Held-out figures before and after, where the true effect was named first; medians."""
-    keys = ("lack_of_fit", "R_bias_mm", "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m", "coverage_90")
+    keys = ("lack_of_fit", BIAS, "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m", "coverage_90")
     print("held out, before -> after: medians; named first, size 1 and above (R, θ_c, P, coverage: size 2)")
-    print(f"{'':26s}" + "".join(f"{key:>20s}" for key in keys))
+    print(f"{'':26s}" + "".join(f"{f'|{key}|' if key == BIAS else key:>20s}" for key in keys))
     right, plain = named_first(records), of_kind(records, "none")
     for name in [*dict.fromkeys(record["names"][0] for record in right), "all", "none"]:
         here = plain if name == "none" else [record for record in right if name in ("all", record["names"][0])]
         cells = []
         for key in keys:
-            pair = [_median([record["diagnosis"][when].get(key) for record in here]) for when in ("before", "after")]
+            pair = [_median([held_out(record, when, key) for record in here]) for when in ("before", "after")]
             cells.append(f"{pair[0]:.3g} -> {pair[1]:.3g}")
         print(f"{name:26s}" + "".join(f"{cell:>20s}" for cell in cells))
     print("lack of fit after at most 1.1:", rate(right, fits))

@@ -63,6 +63,7 @@ Terms of the tables:
 - *Before*: the calibration without effects. *After*: with what the diagnosis found. Both are of the same held-out
   touches. *Against references as stated*: errors against the data set's own columns
   ([](diagnosis.md#references-that-a-diagnosis-moves)).
+- *Bias*: without its sign, since biases of several fingers would cancel.
 - *Adequate*: the verdict that nothing is missing. *Detected*: any other verdict. Names are those of
   [effects](effects.md).
 - *Nothing is left that the test sees*: the verdict is "explained". *Lack of fit at most 1.1*: this limit does not

@@ -173,3 +173,15 @@ def test_a_run_that_was_killed_in_the_middle_of_a_line_goes_on(runs: list[str], 
     assert runs == [second.key]
     assert [record["key"] for record in got] == [first.key, second.key]
     assert [json.loads(line)["key"] for line in cache.read_text().splitlines()] == [first.key, second.key]
+
+
+def test_biases_of_two_signs_do_not_cancel() -> None:
+    """Biases of 0.2, 0.4 and -0.6 mm: their mean is 0, the mean of their sizes 0.4, and so is the median."""
+    records = [result(rates.Case("one", ((MEMBER, 1.0),), finger), "a", "proximity") for finger in range(3)]
+    for record, bias in zip(records, (0.2, 0.4, -0.6), strict=True):
+        record["diagnosis"]["before"] = {**record["diagnosis"]["before"], "R_bias_mm": bias}
+    text = rates.page(records)
+    (row,) = (line for line in text.splitlines() if line.startswith("| R, bias without its sign (mm) |"))
+    assert row.split("|")[2].strip() == "0.4 ± 0.1 (3)"
+    line = next(line for line in text.splitlines() if line.startswith("proximity ") and "->" in line)
+    assert line.split()[4:7] == ["0.4", "->", "0"]
