@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from study_modules import study
 
@@ -31,6 +32,20 @@ def test_many_touches_benchmark_meets_its_demands(capsys: pytest.CaptureFixture[
     lines = [line for line in capsys.readouterr().out.splitlines() if "least ESS" in line]
     assert len(lines) == 4
     assert all(float(line.split("least ESS")[1].split()[0]) >= 400 for line in lines)
+
+
+def test_plain_emcee_is_compared_by_processor_time(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Plain emcee takes 3 s of one core for each of 64 touches, the others 2 s on two cores: 4 s of processor."""
+    module = study("benchmarks/many_touches")
+    drawn = {"ess_bulk": np.full((64, 3), 400.0), "grade": np.ones(64), "round": np.zeros(64)}
+    monkeypatch.setattr(module, "plain_emcee", lambda sampler, touches: 3.0)
+    monkeypatch.setattr(module, "timed", lambda sampler, touches, plan: (2.0, 4.0, drawn))
+    module.main(64)
+    lines = [line for line in capsys.readouterr().out.splitlines() if "x plain" in line]
+    assert len(lines) == 4
+    assert all(line.split("x plain")[0].split()[-1] == "48" for line in lines)
 
 
 def test_calibrations_of_fingers_have_enough_draws() -> None:
