@@ -79,7 +79,8 @@ class BodyPages:
     sensor_picture : callable
         Function that returns the figure of the sensor with the expected error at each place.
     live_sensor, live_estimates : callable
-        Functions that return the interactive versions, from the numbers of a report and the data source of the touches.
+        Functions that return the interactive versions, from the numbers of a report and the data source of the touches;
+        that of the estimates is None if the touches have no reference values.
     """
 
     numbers: Callable[[Evidence], BodyNumbers]

@@ -30,7 +30,8 @@ class Live:
     data : str
         JSON with the figures, and with the touches that can be selected; compressed in the same way.
     names : tuple of str
-        Names of the figures; each has an element ``live-NAME`` in the page.
+        Names of the figures; each has an element ``live-NAME`` in the page. Without references of touches there is no
+        ``estimates``.
     """
 
     library: str
@@ -49,12 +50,13 @@ def live_figures(numbers: Mapping[str, Any]) -> Live:
 
     touches, pages = numbers["touches"], PAGES[numbers["data"]["body"]]
     source = touch_source(touches)
-    figures = {
+    possible = {
         "sensor": pages.live_sensor(numbers, source),
         "estimates": pages.live_estimates(numbers, source),
         "posterior": posterior_figure(touches),
         "touch_residuals": residual_figure(touches),
     }
+    figures = {name: figure for name, figure in possible.items() if figure is not None}
     page = Document()
     for each in figures.values():
         page.add_root(each)

@@ -87,20 +87,17 @@ def _sector(inner: float, outer: float, start: float, end: float, steps: int = 9
 
 
 def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """Interactive figure of R of every touch over its location."""
+    """Interactive figure of R of every touch over its location; None if no touch has a reference of both."""
     from bokeh.palettes import Cividis256
     from bokeh.transform import factor_cmap
 
     touches = numbers["touches"]
-    known = any(value is not None for value in touches["parameters"]["theta_c"]["reference"])
-    x, label = (
-        ("theta_c_reference", "reference location θ (degree)")
-        if known
-        else ("theta_c_mean", "location θ, as read (degree)")
-    )
-    plot = new_figure(label, "posterior mean of R (mm)", [])
+    if not np.isfinite(np.add(source.data["theta_c_reference"], source.data["R_reference"])).any():
+        return None
+    plot = new_figure("reference location θ (degree)", "posterior mean of R (mm)", [])
     tips = list(dict.fromkeys(touches["indenter"]))
     palette = [Cividis256[int(step)] for step in np.linspace(0, 215, len(tips))]
+    x = "theta_c_reference"
     dots = touch_dots(plot, x, "R_mean", source, factor_cmap("indenter", palette, tips))
     for reference in sorted({value for value in touches["parameters"]["R"]["reference"] if value is not None}):
         plot.line([lowest(source, x), highest(source, x)], [reference] * 2, line_dash="dotted", color=GREY)

@@ -70,15 +70,22 @@ def _line(places: Mapping[str, Any]) -> Any:
 
 
 def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """Interactive figure of the error of every touch over the plane, or of estimated over reference location."""
+    """Interactive figure of the error of every touch over the plane, or of estimated over reference location.
+
+    None if no touch has a reference location.
+    """
     if "y" in numbers["touches"]["parameters"]:
-        plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
         errors = [value for value in source.data["error"] if np.isfinite(value)]
-        colour = coloured("error", 0.0, float(np.quantile(errors, 0.98)) if errors else 1.0)
+        if not errors:
+            return None
+        plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
+        colour = coloured("error", 0.0, float(np.quantile(errors, 0.98)))
         dots = touch_dots(plot, "x_reference", "y_reference", source, colour)
         colour_bar(plot, colour, "error of the touch (mm)")
         touch_to_choose(plot, dots, TIPS_PLANE)
         return plot
+    if not np.isfinite(source.data["x_reference"]).any():
+        return None
     plot = new_figure("reference location x (mm)", "location x, as read (mm)", [])
     dots = touch_dots(plot, "x_reference", "x_mean", source)
     touch_to_choose(plot, dots, TIPS_LINE)

@@ -19,6 +19,7 @@
     throw error;
   }
   const model = (name) => Bokeh.documents[0].get_model_by_name(name);
+  // Where no figure has dots of the touches, there is no source of them.
   const source = model("touches"), draws = model("draws"), reference = model("reference"), bars = model("residuals");
   const places = document.getElementById("pick-place"), there = document.getElementById("pick-touch");
   const words = document.getElementById("chosen");
@@ -60,7 +61,7 @@
     const at = [first, second].map((name) => touches.parameters[name].reference[i]);
     reference.data = at.every(given) ? { x: [at[0]], y: [at[1]] } : { x: [], y: [] };
     bars.data = { ...bars.data, z: touches.residuals[i].map((value) => (given(value) ? value : 0)) };
-    source.selected.indices = [i];
+    if (source) source.selected.indices = [i];
     const worst = touches.residuals[i].reduce((best, value, k) => (given(value) && Math.abs(value) > Math.abs(touches.residuals[i][best] ?? 0) ? k : best), 0);
     const parts = Object.values(touches.parameters).map((each) =>
       withUnit(`${each.symbol} ${fixed(each.mean[i], each.sd[i])} ± ${fixed(each.sd[i], each.sd[i])}`, each.unit) +
@@ -71,7 +72,7 @@
   };
   places.addEventListener("change", () => choose(groups.get(places.value)[0]));
   there.addEventListener("change", () => choose(Number(there.value)));
-  source.selected.properties.indices.change.connect(() => {
+  if (source) source.selected.properties.indices.change.connect(() => {
     if (!choosing && source.selected.indices.length) choose(source.selected.indices[0]);
   });
   choose(order[Math.floor(order.length / 2)][1][0]);
