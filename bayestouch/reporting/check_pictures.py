@@ -17,7 +17,9 @@ def check_pictures(numbers: dict[str, Any]) -> Iterator[Picture]:
     if not check or not check["by_element"]:
         return
     rows = check["by_element"]
-    place = np.arange(len(rows))
+    # Elements without readings have no row, and their place remains empty.
+    names = [row["element"] for row in numbers["calibration"]["elements"]["rows"]]
+    place = np.array([names.index(row["element"]) for row in rows])
     low, high = (np.array([row[key] for row in rows]) for key in ("expected_low", "expected_high"))
     inside = np.array([row["percent_inside"]["90"] for row in rows])
     with drawing():
@@ -28,7 +30,8 @@ def check_pictures(numbers: dict[str, Any]) -> Iterator[Picture]:
         ax.axhline(90, color=GREY, ls=":")
         ax.set(xlabel="element", ylabel="readings inside 90 % (%)")
         ax.set_ylim(min(60.0, 0.95 * float(inside.min())), 102)
-        element_ticks(ax, len(rows), "x")
+        element_ticks(ax, len(names), "x")
+        ax.set_xlim(-0.6, len(names) - 0.4)
         ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1))
         content = rendered(figure)
     named = len(check["too_often_outside"])

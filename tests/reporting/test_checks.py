@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from posterior_cases import calibration, touches
 from scipy.stats import binom, norm
 
-from bayestouch.reporting import checks
-from bayestouch.reporting.check_pictures import check_pictures
+from bayestouch.reporting import check_pictures, checks
 from bayestouch.reporting.checks import left_out_ranks, predictive_check, prior_sensitivity
 from bayestouch.reporting.page import new_environment
 from bayestouch.results.objects import TouchPosteriors
@@ -52,13 +52,39 @@ def test_an_element_with_more_noise_than_stated_is_named() -> None:
     assert right["readings"] == 900 and right["percent_inside_90"] == pytest.approx(90, abs=3)
     assert right["too_often_outside"] == [] == right["too_often_inside"]
     assert wrong["too_often_outside"] == ["e01"]
-    (picture,) = check_pictures({"checks": {"predictive": wrong}})
+    (picture,) = check_pictures.check_pictures(shown(wrong, 6))
     assert "for 6 elements: from " in picture.alt and "1 element is outside too often" in picture.alt
+
+
+def shown(check: dict[str, Any], m: int) -> dict[str, Any]:
+    """Numbers of a report with this predictive check, of a sensor with m elements."""
+    elements = {"rows": [{"element": f"e{e + 1:02d}"} for e in range(m)]}
+    return {"checks": {"predictive": check}, "calibration": {"elements": elements}}
+
+
+def test_dots_are_at_their_own_element_beside_one_without_readings(monkeypatch: pytest.MonkeyPatch) -> None:
+    inside = {"e01": 91.1, "e02": 95.6, "e04": 88.9}
+    limits = {"expected_low": 75.0, "expected_high": 100.0}
+    rows = [{"element": name, "percent_inside": {"90": each}, **limits} for name, each in inside.items()]
+    drawn: list[dict[str, float]] = []
+
+    def look(figure: Any) -> bytes:
+        (axes,) = figure.axes
+        names = {tick: label.get_text() for tick, label in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)}
+        assert list(names.values()) == ["e01", "e02", "e03", "e04", "e05"]
+        drawn.append({names[x]: y for x, y in axes.lines[0].get_xydata().tolist()})
+        drawn.append({names[bar.get_x() + bar.get_width() / 2]: bar.get_height() for bar in axes.patches})
+        return b""
+
+    monkeypatch.setattr(check_pictures, "rendered", look)
+    check = {"by_element": rows, "too_often_outside": []}
+    list(check_pictures.check_pictures(shown(check, 5)))
+    assert drawn == [inside, dict.fromkeys(inside, 25.0)]
 
 
 def test_a_check_that_is_not_possible_is_left_out() -> None:
     assert predictive_check(touches()) is None and prior_sensitivity(calibration()) is None
-    assert list(check_pictures({"checks": {"predictive": None}})) == []
+    assert list(check_pictures.check_pictures({"checks": {"predictive": None}})) == []
 
 
 def test_the_only_reading_of_a_touch_is_predicted_by_no_other() -> None:
