@@ -13,6 +13,9 @@ import pytest
 from report_cases import FINGER, LINE, PLANE, Page, small
 
 import bayestouch
+from bayestouch.output.pictures import GREY
+from bayestouch.reporting.finger.live import estimate_figure
+from bayestouch.reporting.live_touches import touch_source
 from bayestouch.simulation import FingerDesign, PadDesign
 
 
@@ -21,6 +24,21 @@ def content_of(page: str) -> dict[str, Any]:
     packed = page.partition('id="live-data">')[2].partition("</script>")[0]
     content: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(packed)))
     return content
+
+
+def test_colours_of_tips_are_from_sharp_to_blunt() -> None:
+    """As the caption says, in whichever order the table has them."""
+    names = ["12.3 mm", "unknown", "flat", "knife edge", "3.9 mm"]
+    radius = [6.23, None, 12.3, 0.0, 3.1]
+    values = {"reference": radius, "mean": [6.0] * 5, "sd": [0.1] * 5, "low": [5.9] * 5, "high": [6.1] * 5}
+    touches = {"touch": [*range(5)], "indenter": names, "parameters": {"R": values, "theta_c": {**values}}}
+    figure = estimate_figure({"touches": touches}, touch_source(touches))
+    dots = next(each for each in figure.renderers if each.glyph.__class__.__name__ == "Scatter")
+    colours = dots.glyph.fill_color.transform
+    assert colours.factors == ["knife edge", "3.9 mm", "12.3 mm", "flat"]
+    light = [sum(int(colour[at : at + 2], 16) for at in (1, 3, 5)) for colour in colours.palette]
+    assert light == sorted(light) and len(set(light)) == 4
+    assert colours.nan_color == GREY
 
 
 @pytest.mark.parametrize("design", [FINGER, LINE, PLANE], ids=["finger", "line", "plane"])

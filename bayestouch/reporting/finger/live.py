@@ -95,10 +95,11 @@ def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
     if not np.isfinite(np.add(source.data["theta_c_reference"], source.data["R_reference"])).any():
         return None
     plot = new_figure("reference location θ (degree)", "posterior mean of R (mm)", [])
-    tips = list(dict.fromkeys(touches["indenter"]))
+    radius = dict(zip(touches["indenter"], touches["parameters"]["R"]["reference"], strict=True))
+    tips = sorted((tip for tip in radius if radius[tip] is not None), key=lambda tip: radius[tip])
     palette = [Cividis256[int(step)] for step in np.linspace(0, 215, len(tips))]
     x = "theta_c_reference"
-    dots = touch_dots(plot, x, "R_mean", source, factor_cmap("indenter", palette, tips))
+    dots = touch_dots(plot, x, "R_mean", source, factor_cmap("indenter", palette, tips, nan_color=GREY))
     for reference in sorted({value for value in touches["parameters"]["R"]["reference"] if value is not None}):
         plot.line([lowest(source, x), highest(source, x)], [reference] * 2, line_dash="dotted", color=GREY)
     touch_to_choose(plot, dots, TIPS)
