@@ -31,7 +31,7 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
     """
     means, samples = evidence.means(), evidence.means(each_sample=True)
     touches = evidence.dataset.touches
-    of_sample = _touch_of_sample(means, touches.touch[touches.in_contact])
+    of_sample = touch_of_sample(means.touch, touches.touch[touches.in_contact])
     if not np.any(np.bincount(of_sample) > 1):
         return None
     measured = bool(np.isfinite(means.load).any())
@@ -58,10 +58,10 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
     }
 
 
-def _touch_of_sample(means: TouchMeans, touch: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Row of each sample's touch among the means."""
-    order = np.argsort(means.touch)
-    return np.asarray(order[np.searchsorted(means.touch[order], touch)])
+def touch_of_sample(touches: NDArray[np.int64], touch: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Row of each sample's touch among the numbers of all touches."""
+    order = np.argsort(touches)
+    return np.asarray(order[np.searchsorted(touches[order], touch)])
 
 
 def _rows(

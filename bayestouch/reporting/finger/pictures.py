@@ -10,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.contact import CONTACT_MODELS, indenter_radius
+from bayestouch.data.arrays import nearest_turn
 from bayestouch.data.sensor import finger_of
 from bayestouch.output.pictures import (
     BLUE,
@@ -27,6 +28,7 @@ from bayestouch.output.pictures import (
 from bayestouch.output.text import number
 from bayestouch.reporting.differences import reference_composite_radius
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.finger.error_split import touch_of_sample
 from bayestouch.reporting.finger.point_fits import fit_points, model_finger
 
 if TYPE_CHECKING:
@@ -77,6 +79,11 @@ def _by_location(evidence: Evidence, tip: float) -> Picture:
     single = fit_points(samples, evidence.calibration, model_finger(evidence.calibration, _contact(evidence)))
     dots = (samples.indenter_radius_mm == tip) & (samples.angle_deg is not None)
     repeated = samples.n_touches > len(posteriors.rows.touch)
+    # The table may count angles from 0 to 360 degree; each dot is drawn in the turn of its touch.
+    table = evidence.dataset.touches
+    of_touch = posteriors.rows.location["theta_c"][
+        touch_of_sample(posteriors.rows.touch, table.touch[table.in_contact])
+    ]
     # An interval that reaches the flat has no upper limit in r_c; it is cut off at four times the tip.
     top = 1.08 * float(min(high.max(), 4 * tip))
     low, middle, high = (np.minimum(values, 10 * top) for values in (low, middle, high))
@@ -86,7 +93,7 @@ def _by_location(evidence: Evidence, tip: float) -> Picture:
         if repeated and samples.angle_deg is not None:
             jitter = 0.12 * np.median(np.diff(np.unique(angle))) if len(np.unique(angle)) > 1 else 0.0
             ax.plot(
-                samples.angle_deg[dots] + jitter,
+                nearest_turn(samples.angle_deg, of_touch)[dots] + jitter,
                 single.r_c[dots],
                 ".",
                 ms=3,
