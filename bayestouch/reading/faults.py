@@ -308,14 +308,18 @@ def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
     suspects = out[:m] & ~_broken(fitted)[:m]
     if not suspects.any():
         return None
-    without_information = np.isnan(fitted(out).tests.gain[:m]) & ~out[:m]
+    left_out = fitted(out)
+    without_information = np.isnan(left_out.tests.gain[:m]) & ~out[:m]
+    # The tests do not see all misfits: with a wrong exchange the others may deviate in both directions.
+    largest = SLIGHT_MISFIT * max(1.0, _root_mean_squares(left_out)[0])
     for first in np.flatnonzero(suspects):
         # the other element is faulty too, unless the touches contain no information on it
         for second in np.flatnonzero((suspects | without_information) & (np.arange(m) != first)):
             kept = out.copy()
             kept[[first, second]] = False
             misfit = fitted.with_order(_exchanged(m, (int(first), int(second))))(kept)
-            if np.isfinite(misfit.tests.gain[first]) and _agree(misfit, few=fitted.few):
+            tested = np.isfinite(misfit.tests.gain[first]) and np.isfinite(misfit.tests.offset[second])
+            if tested and _agree(misfit, few=fitted.few) and _root_mean_squares(misfit)[0] <= largest:
                 return int(first), int(second)
     return None
 
@@ -330,7 +334,9 @@ def _swapped_alone(fitted: FittedTouches) -> tuple[int, int] | None:
     likely = np.sort(np.argsort(fitted(none).tests.drop[:m])[::-1][:MOST_TRIED])
     for first, second in combinations(likely.tolist(), 2):
         misfit = fitted.with_order(_exchanged(m, (first, second)))(none)
-        if _agree(misfit, few=fitted.few) and _root_mean_squares(misfit)[0] <= SLIGHT_MISFIT:
+        # to give an element the wire of a dead one is to leave it out
+        tested = np.isfinite(misfit.tests.offset[[first, second]]).all()
+        if tested and _agree(misfit, few=fitted.few) and _root_mean_squares(misfit)[0] <= SLIGHT_MISFIT:
             return first, second
     return None
 
