@@ -25,6 +25,7 @@ def about_data(evidence: Evidence) -> dict[str, Any]:
         "tables": [table_facts(use, touches) for use, touches in tables.items() if touches is not None],
         "touches_by_indenter": touches_by_indenter(dataset.calibration, dataset.touches),
         "copied_percent": 100 * copied / max(dataset.touches.n_touches, 1),
+        "without_reading": evidence.without_reading,
         "notes": _notes(evidence),
     }
 

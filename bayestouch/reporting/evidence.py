@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor
 from bayestouch.reporting.diagnosed import Diagnosed
+from bayestouch.results.data import UNREAD
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
 
@@ -41,6 +42,8 @@ class Evidence:
         uncertainty, and the reverse. None if the pages of the body do not compare the two.
     diagnosed : Diagnosed or None
         Diagnosis of the model; None if it was not requested.
+    without_reading : int
+        Number of touches of the data set that are left out of the posteriors, because they have no reading.
     """
 
     dataset: DataSet
@@ -54,6 +57,7 @@ class Evidence:
     plug_in: bool
     counterpart: Evidence | None = None
     diagnosed: Diagnosed | None = None
+    without_reading: int = 0
 
     @property
     def sensor(self) -> Sensor:
@@ -68,8 +72,27 @@ class Evidence:
     def means(self, *, each_sample: bool = False) -> TouchMeans:
         """Touches to infer, averaged as in the inference; or every sample in contact as a touch of its own."""
         touches = self.dataset.touches.baseline_corrected(self.calibration.rest_reading)
+        contact = touches.select(touches.in_contact & np.isin(touches.touch, self.posteriors.rows.touch))
         if not each_sample:
-            return touches.averaged()
-        contact = touches.select(touches.in_contact)
+            return contact.averaged()
         one_each = np.arange(contact.n_rows), np.zeros(contact.n_rows, dtype=np.int64)
         return contact.with_(touch=one_each[0], sample=one_each[1]).averaged()
+
+    def of_read_touches(self) -> Evidence:
+        """The same without the touches that have no reading: what is said of these is the prior, not the sensor.
+
+        If no touch has a reading, all are kept.
+        """
+        both = [each for each in (self, self.counterpart) if each is not None]
+        results = [each for one in both for each in (one.posteriors, one.without_load) if each is not None]
+        read = ~np.any([each.sample_stats.get(UNREAD, np.zeros(len(each))) > 0 for each in results], axis=0)
+        if read.all() or not read.any():
+            return self
+
+        def part(whole: Evidence) -> Evidence:
+            without_load = None if whole.without_load is None else whole.without_load[read]
+            return replace(
+                whole, posteriors=whole.posteriors[read], without_load=without_load, without_reading=int((~read).sum())
+            )
+
+        return replace(part(self), counterpart=None if self.counterpart is None else part(self.counterpart))

@@ -23,9 +23,10 @@ from bayestouch.results.files import save_calibration, save_touches, without_req
 
 def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
     """Write every file of a report to an existing folder; the content of ``report.json`` is returned."""
-    numbers = report_numbers(evidence)
+    read = evidence.of_read_touches()
+    numbers = report_numbers(read)
     pictures, live = both(
-        partial(report_pictures, evidence, numbers), lambda tell: _saved_and_live(evidence, numbers, folder)
+        partial(report_pictures, read, numbers), lambda tell: _saved_and_live(evidence, numbers, folder)
     )
     numbers["figures"] = [picture.described for picture in pictures]
     write_pictures(folder, pictures)

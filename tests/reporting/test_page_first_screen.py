@@ -15,13 +15,16 @@ ROW = {"question": "What to fix?", "short": "Nothing", "reason": "None"}
 
 
 def first_screen(
-    diagnosis: dict[str, Any] | None = None, headline: tuple[dict[str, Any], ...] = (), copied: float = 0.0
+    diagnosis: dict[str, Any] | None = None,
+    headline: tuple[dict[str, Any], ...] = (),
+    copied: float = 0.0,
+    unread: int = 0,
 ) -> str:
     """Text of the first screen, with single spaces."""
     numbers = {
         "answer": {"verdict": [ROW], "headline": headline},
         "diagnosis": diagnosis,
-        "data": {"copied_percent": copied},
+        "data": {"copied_percent": copied, "without_reading": unread},
     }
     template = new_environment(numbers, ()).get_template("first_screen.html")
     return " ".join(" ".join(Page(template.render(sketch=SKETCH, loops=None)).text).split())
@@ -66,3 +69,12 @@ def test_copies_of_calibration_touches_were_calibrated_with() -> None:
 def test_one_touch_is_not_many(touches: int, said: str) -> None:
     row = {"quantity": "location", "unit": "mm", "value": 0.2, "low": None, "high": None, "kind": "rms error"}
     assert said in first_screen(headline=({**row, "touches": touches},))
+
+
+@pytest.mark.parametrize(
+    ("unread", "said"),
+    [(1, "1 touch without any reading is left out"), (3, "3 touches without any reading are left out")],
+)
+def test_touches_that_are_left_out_are_counted(unread: int, said: str) -> None:
+    assert f"{said} of all errors and figures." in first_screen(unread=unread)
+    assert "without any reading" not in first_screen()

@@ -31,7 +31,8 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
     """
     means, samples = evidence.means(), evidence.means(each_sample=True)
     touches = evidence.dataset.touches
-    of_sample = touch_of_sample(means.touch, touches.touch[touches.in_contact])
+    read = touches.in_contact & np.isin(touches.touch, means.touch)
+    of_sample = touch_of_sample(means.touch, touches.touch[read])
     if not np.any(np.bincount(of_sample) > 1):
         return None
     measured = bool(np.isfinite(means.load).any())
