@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.reporting.evidence import Evidence
@@ -40,17 +42,29 @@ def _median(reads: FloatArray) -> int:
     return int(max(np.median(reads[reads > 0]), 1)) if (reads > 0).any() else 1
 
 
-def rounded_columns(columns: dict[str, FloatArray]) -> dict[str, list[float | None]]:
-    """Columns rounded to five digits, enough for a map."""
-    return {name: rounded(values) for name, values in columns.items()}
+def rounded_columns(
+    columns: Mapping[str, FloatArray], steps: Mapping[str, float] | None = None
+) -> dict[str, list[float | None]]:
+    """Columns rounded to five digits, enough for a map; coordinates to a hundredth of their steps, by name."""
+    return {name: rounded(values, step=(steps or {}).get(name, np.nan)) for name, values in columns.items()}
 
 
-def rounded(values: FloatArray, digits: int = 5) -> list[Any]:
-    """Nested lists of numbers with this many significant digits; None for numbers that are not finite."""
-    array = np.asarray(values, dtype=float)
+def rounded(values: FloatArray, digits: int = 5, *, step: ArrayLike = np.nan) -> list[Any]:
+    """Nested lists of numbers with this many significant digits; None for numbers that are not finite.
+
+    A number has more digits where its rounding would be above a hundredth of `step`, the difference that matters, of
+    all numbers or of each: coordinates may be far from their zero.
+    """
+    array, steps = np.broadcast_arrays(np.asarray(values, dtype=float), np.asarray(step, dtype=float))
     if array.ndim > 1:
-        return [rounded(row, digits) for row in array]
-    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in array]
+        return [rounded(row, digits, step=of_row) for row, of_row in zip(array, steps, strict=True)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        needed = np.nan_to_num(np.ceil(np.log10(500 * np.abs(array) / steps)), nan=digits)
+    # 17 digits are those of a float
+    counts = np.clip(needed, digits, 17).astype(int)
+    return [
+        float(f"{value:.{count}g}") if np.isfinite(value) else None for value, count in zip(array, counts, strict=True)
+    ]
 
 
 def place_at(columns: dict[str, FloatArray], index: int) -> dict[str, float]:

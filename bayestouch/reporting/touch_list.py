@@ -32,16 +32,18 @@ def about_touches(evidence: Evidence) -> dict[str, Any]:
     parameters = {}
     for parameter in posteriors.parameters:
         name = parameter.name
-        low, high = posteriors.interval(name)
-        reference = reference_near(posteriors, name, posteriors.mean(name))
+        mean, sd, (low, high) = posteriors.mean(name), posteriors.sd(name), posteriors.interval(name)
+        columns = {
+            "reference": reference_near(posteriors, name, mean),
+            "mean": mean,
+            "sd": sd,
+            "low": low,
+            "high": high,
+        }
         parameters[name] = {
             "symbol": parameter.symbol,
             "unit": parameter.unit,
-            "reference": rounded(reference[chosen]),
-            "mean": rounded(posteriors.mean(name)[chosen]),
-            "sd": rounded(posteriors.sd(name)[chosen]),
-            "low": rounded(np.asarray(low)[chosen]),
-            "high": rounded(np.asarray(high)[chosen]),
+            **{key: rounded(np.asarray(values)[chosen], step=sd[chosen]) for key, values in columns.items()},
         }
     return {
         "of": count,
@@ -49,12 +51,13 @@ def about_touches(evidence: Evidence) -> dict[str, Any]:
         "indenter": [indenter_name(float(each)) for each in posteriors.rows.radius_mm[chosen]],
         "parameters": parameters,
         "shown": list(shown),
-        "draws": {name: rounded(_draws(posteriors.posterior[name], chosen), 5) for name in shown},
+        "draws": {name: _rounded_draws(posteriors.posterior[name], chosen) for name in shown},
         "residuals": rounded(standardised(posteriors.rows)[chosen], 3),
     }
 
 
-def _draws(draws: Any, chosen: Any) -> Any:
+def _rounded_draws(draws: Any, chosen: Any) -> Any:
     """Selected draws (touches, draws), evenly spread over chains and draws."""
     flat = np.asarray(draws[..., chosen]).reshape(-1, len(chosen))
-    return flat[np.linspace(0, len(flat) - 1, min(len(flat), DRAWS)).astype(int)].T
+    some = flat[np.linspace(0, len(flat) - 1, min(len(flat), DRAWS)).astype(int)].T
+    return rounded(some, step=flat.std(axis=0)[:, None])

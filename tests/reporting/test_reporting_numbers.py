@@ -258,6 +258,16 @@ def test_places() -> None:
         [-0.0012346, 12346000.0],
     ]
     assert places.rounded(np.array([1.26]), 2) == [1.3]
+    # a hundredth of the step where that is finer, of all numbers or of each
+    assert places.rounded(np.array([1200.0646, 0.0646]), step=0.06) == [1200.0646, 0.0646]
+    assert places.rounded(np.array([[1006.51234], [1006.51234]]), step=np.array([[0.5], [np.nan]])) == [
+        [1006.512],
+        [1006.5],
+    ]
+    assert places.rounded_columns({"x_mm": np.array([1200.0646]), "error": np.array([1200.0646])}, {"x_mm": 0.06}) == {
+        "x_mm": [1200.0646],
+        "error": [1200.1],
+    }
     assert places.place_at({"a": np.array([1.0, 2.0]), "b": np.array([3.0, 4.0])}, 1) == {"a": 2.0, "b": 4.0}
 
 

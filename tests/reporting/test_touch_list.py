@@ -43,3 +43,19 @@ def test_a_reference_of_350_degrees_is_one_of_minus_10() -> None:
     )
     listed = about_touches(SimpleNamespace(posteriors=turned))  # type: ignore[arg-type]
     np.testing.assert_allclose(listed["parameters"]["theta_c"]["reference"], about, atol=1e-3)
+
+
+def test_touches_far_from_the_zero_of_the_stage_keep_their_posteriors() -> None:
+    """With five digits, mean, ends and all draws of touches at 1000 mm were one number."""
+    found = touches()
+    draws = found.posterior["theta_c"] * 1e-3 + 1000.0
+    listed = about_touches(
+        SimpleNamespace(posteriors=replace(found, posterior={**found.posterior, "theta_c": draws}))  # type: ignore[arg-type]
+    )
+    about, sd = listed["parameters"]["theta_c"], draws.std(axis=(0, 1))
+    assert sd.max() < 0.05
+    assert (np.abs(np.array(about["mean"]) - draws.mean(axis=(0, 1))) < 0.01 * sd).all()
+    ends = np.quantile(draws, [0.05, 0.95], axis=(0, 1))
+    for end, exact in zip(("low", "high"), ends, strict=True):
+        assert (np.abs(np.array(about[end]) - exact) < 0.01 * sd).all()
+    assert all(len(set(each)) > 1 for each in listed["draws"]["theta_c"])

@@ -47,6 +47,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     within = "the array of elements" if inside.any() else "the calibrated region"
     inside = inside if inside.any() else np.ones(len(where), dtype=bool)
     columns = {name: where[:, i] for i, name in enumerate(("x_mm", "y_mm")[: where.shape[1]])}
+    steps = {name: float(axis[1] - axis[0]) for name, axis in zip(columns, axes, strict=True)}
     columns |= {
         "error_mm": spots.sd,
         # Their difference is rounding where there is no noise that averaging lowers.
@@ -64,7 +65,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "use_load": use_load,
         "samples": typical_samples(evidence),
         "size_mm": {axis: float(b - a) for axis, a, b in zip("xy", low, high, strict=False)},
-        "by_location": rounded_columns(columns),
+        "by_location": rounded_columns(columns, steps),
         "elements_mm": places,
         "within": within,
         "best": place_at(columns, int(rows[spots.sd[rows].argmin()])),
