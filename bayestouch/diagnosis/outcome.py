@@ -243,6 +243,8 @@ def not_used(numbers: Mapping[str, Any]) -> str:
     names = [each["name"] for each in numbers["effects"] if each["name"] in effects]
     if not returned["correction"] and any(each["correction"] for each in refused):
         names.append("a correction by element and location")
+    if not names:
+        return ""
     worse = {key: values for each in reversed(refused) for key, values in each["worse"].items()}
     shown = ", ".join(_worse(key, values) for key, values in worse.items())
     them = "it" if len(names) == 1 else "them"
@@ -335,9 +337,9 @@ def before_and_after(numbers: Mapping[str, Any]) -> list[str]:
     if not shown:
         return ["No touches were held out: errors are not estimated."]
     floor, limits = numbers["noise_floor_percent_peak"], numbers.get("lack_of_fit_limits", {}).get("after")
-    if floor is not None:
+    if floor is not None and "prediction_error_percent_peak" in shown:
         shown["prediction_error_percent_peak"] += f" (noise alone {in_form(floor, '.2f')})"
-    if "lack_of_fit" in shown and limits is not None and limits["high"] is not None:
+    if "lack_of_fit" in shown and limits is not None and None not in (limits["low"], limits["high"]):
         shown["lack_of_fit"] += f" ({limits['low']:.2f} to {limits['high']:.2f} if nothing is missing)"
     touches = numbers["data"]["held_out_touches"]
     out = [f"On {touches} held-out touches: " + ", ".join(shown.values()) + "."]

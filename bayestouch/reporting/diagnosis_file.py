@@ -29,8 +29,8 @@ def _one_of(expected: str, kind: str, *others: str, **limits: Any) -> _Schema:
     return {"description": expected, "type": [kind, *others], **limits}
 
 
-def _list_of(each: _Schema) -> _Schema:
-    return _one_of("a list", "array", maxItems=MOST_ENTRIES, items=each)
+def _list_of(each: _Schema, expected: str = "a list", **limits: Any) -> _Schema:
+    return _one_of(expected, "array", **{"maxItems": MOST_ENTRIES, "items": each, **limits})
 
 
 def _object(rest: _Schema | bool = True, *null: str, later: Mapping[str, _Schema] = {}, **required: _Schema) -> _Schema:
@@ -44,6 +44,10 @@ _NUMBER = _one_of("a number", "number", exclusiveMinimum=-_LARGEST, exclusiveMax
 _PERHAPS = {**_NUMBER, "description": "a number or null", "type": ["number", "null"]}
 _HASH = _one_of("a hash or null", "string", "null", maxLength=64)
 _PROBABILITY = _one_of("a probability", "number", minimum=0, maximum=1)
+_FLAG = _one_of("true or false", "boolean")
+_DRAWS = _one_of("a number of draws, at least 1, or null", "integer", "null", minimum=1)
+_NAMES = _list_of(_TEXT, "a list of at least one name", minItems=1)
+_PAIR = _list_of(_TEXT, "a list of two names", minItems=2, maxItems=2)
 _ERRORS = _object(_PERHAPS, prediction_error_percent_peak=_PERHAPS)
 _LIMITS = _object(low=_PERHAPS, high=_PERHAPS, expected=_NUMBER)
 _EFFECT = _object(
@@ -60,7 +64,7 @@ SCHEMA = _object(
         held_out_touches=_NUMBER,
         later={
             "elements_left_out": _list_of(_TEXT),
-            "unreferenced": _one_of("true or false", "boolean"),
+            "unreferenced": _FLAG,
             "fingerprints": _object(sensor=_HASH, calibration=_HASH, touches=_HASH),
         },
     ),
@@ -71,7 +75,11 @@ SCHEMA = _object(
     candidates=_list_of(
         _object(name=_TEXT, stage=_TEXT, score_z=_PERHAPS, elpd_gain=_PERHAPS, explained_fraction=_PERHAPS)
     ),
-    unexplained=_object(fraction=_NUMBER, where=_TEXT),
+    unexplained=_object(
+        fraction=_NUMBER,
+        where=_TEXT,
+        later={"p_value": _PERHAPS, "test": _object(True, "null", later={"ratio": _PERHAPS, "low": _PERHAPS})},
+    ),
     correction=_object(True, "null", before=_object(_PERHAPS)),
     measure=_object(True, "null", advice=_TEXT),
     figures=_list_of(_object(format=_TEXT, name=_TEXT, section=_TEXT, title=_TEXT, caption=_TEXT, alt=_TEXT)),
@@ -80,12 +88,23 @@ SCHEMA = _object(
         "change_against_stated_se": _object(_PERHAPS),
         "lack_of_fit_limits": _object(before=_LIMITS, after=_LIMITS),
         "notes": _list_of(_TEXT),
-        "draws": _object(_PERHAPS),
-        "causes": _list_of(_object(names=_list_of(_TEXT), probability=_PROBABILITY)),
-        "calibration_after": _object(effects=_list_of(_TEXT), correction=_one_of("true or false", "boolean")),
-        "not_used": _list_of(_object(effects=_list_of(_TEXT), worse=_object(_object(before=_NUMBER, after=_NUMBER)))),
+        "draws": _object(_PERHAPS, later={"kept": _DRAWS}),
+        "causes": _list_of(_object(names=_NAMES, probability=_PROBABILITY)),
+        "in_place": _object(_object(elpd_gain=_NUMBER, elpd_gain_se=_NUMBER), "null"),
+        "not_distinguishable": _list_of(_PAIR),
+        "calibration_after": _object(effects=_list_of(_TEXT), correction=_FLAG),
+        "not_used": _list_of(
+            _object(
+                effects=_list_of(_TEXT),
+                correction=_FLAG,
+                references_corrected=_FLAG,
+                worse=_object(_object(before=_NUMBER, after=_NUMBER)),
+            )
+        ),
     },
 )
+# What is not used is what the calibration after is without.
+SCHEMA["dependentRequired"] = {"not_used": ["calibration_after"]}
 
 
 def read_diagnosis(file: Path) -> dict[str, Any]:
@@ -134,9 +153,12 @@ def read_figure(folder: Path, name: str, form: str) -> bytes:
 def _expected(wrong: ValidationError) -> str:
     """Text of what was expected, where, and what was found."""
     found, place = wrong.instance, wrong.json_path.removeprefix("$").lstrip(".") or "the top"
-    if wrong.validator == "required":
-        missing = next(key for key in wrong.validator_value if key not in found)
+    if wrong.validator in ("required", "dependentRequired"):
+        wanted = wrong.validator_value
+        if isinstance(wanted, dict):
+            wanted = [each for key, those in wanted.items() if key in found for each in those]
+        missing = next(key for key in wanted if key not in found)
         return f"an object with {shown(missing)} at {shown(place)}, got {shown(str(sorted(found)))}"
-    if wrong.validator in ("maxItems", "maxProperties"):
+    if wrong.validator in ("maxItems", "maxProperties") and wrong.validator_value == MOST_ENTRIES:
         return f"at most {MOST_ENTRIES} entries at {shown(place)}, got {len(found)}"
     return f"{wrong.schema['description']} at {shown(place)}, got {shown(str(found))}"

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -12,9 +15,11 @@ from jsonschema import Draft202012Validator
 import bayestouch
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.fingerprints import data_fingerprints
+from bayestouch.diagnosis.outcome import verdict_sentence
 from bayestouch.effects.stated import StatedModel
 from bayestouch.reporting.diagnosed import saved_diagnosis
 from bayestouch.reporting.diagnosis_file import SCHEMA, read_figure
+from bayestouch.reporting.loop_bars import loop_bars
 
 
 @pytest.mark.slow
@@ -111,3 +116,113 @@ def test_the_schema_is_one_and_any_other_object_fails_it() -> None:
     Draft202012Validator.check_schema(SCHEMA)
     missing = {error.message.split("'")[1] for error in Draft202012Validator(SCHEMA).iter_errors({})}
     assert missing >= {"verdict", "data", "before", "after", "effects", "candidates", "unexplained", "figures"}
+
+
+def full_diagnosis(verdict: str) -> dict[str, Any]:
+    """A diagnosis with everything that a report reads, some of which `diagnose` writes only in rare cases."""
+    before, after = {"prediction_error_percent_peak": 1.0, "R_rms_mm": 0.5}, {"prediction_error_percent_peak": 0.8}
+    errors = {"before": before | {"lack_of_fit": 1.5}, "after": after | {"lack_of_fit": 1.0, "R_rms_mm": 0.9}}
+    limits, gain = {"low": 0.9, "high": 1.1, "expected": 1.0}, {"elpd_gain": 12.0, "elpd_gain_se": 3.0}
+    effect = {
+        "name": "crosstalk",
+        "summary": "leak",
+        "parameters": {"share": {"mean": 0.1, "sd": 0.01, "unit": ""}},
+        "indistinguishable_from": ["creep"],
+    }
+    worse = {"R_rms_mm": {"before": 0.5, "after": 0.9, "touches": "beside"}, "log_density": {"before": 9, "after": 8}}
+    refused = {"effects": ["crosstalk"], "correction": False, "references_corrected": False, "worse": worse}
+    candidate = {"name": "creep", "stage": "readout", "score_z": 1.0, "elpd_gain": None, "explained_fraction": 0.1}
+    return {
+        "verdict": verdict,
+        "data": {"elements": 4, "held_out_touches": 10, "elements_left_out": ["e04"], "unreferenced": False},
+        **errors,
+        "after_against_stated": errors["after"],
+        "change_against_stated_se": {"R_rms_mm": 0.1},
+        "lack_of_fit_limits": {"before": limits, "after": limits},
+        "noise_floor_percent_peak": 0.7,
+        "noise_from_repeats": verdict == "explained",
+        "loads_measured": True,
+        "effects": [effect],
+        "draws": {"ess_bulk": 34.0, "rhat": 1.1, "kept": 64},
+        "candidates": [candidate],
+        "unexplained": {"fraction": 0.2, "where": "e02", "p_value": 0.3, "test": {"ratio": 0.5, "low": 0.8}},
+        "causes": [{"names": ["crosstalk"], "probability": 0.8}, {"names": ["nothing"], "probability": 0.2}],
+        "in_place": {"times": gain, "places": gain},
+        "not_distinguishable": [["drift", "something in place"]],
+        "calibration_after": {"effects": [], "correction": False},
+        "not_used": [refused],
+        "correction": {"before": errors["before"]},
+        "measure": {"advice": "Measure."},
+        "notes": ["a note"],
+        "figures": [],
+    }
+
+
+def damaged(whole: dict[str, Any]) -> Iterator[tuple[tuple[Any, ...], dict[str, Any]]]:
+    """A file for every value that is absent or another one, with the place of the value."""
+
+    def places(of: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+        for key, value in of.items() if isinstance(of, dict) else enumerate(of) if isinstance(of, list) else ():
+            yield (*above, key)
+            yield from places(value, (*above, key))
+
+    for place in places(whole):
+        for value in (None, 0, -1.5, "", "x", [], [None], {}, True, ...):
+            made = deepcopy(whole)
+            inner: Any = made
+            for key in place[:-1]:
+                inner = inner[key]
+            if value is ...:
+                del inner[place[-1]]
+            else:
+                inner[place[-1]] = value
+            yield place, made
+
+
+@pytest.mark.parametrize("verdict", ["explained", "unattributed", "adequate"])
+def test_a_damaged_diagnosis_is_refused_in_one_line_or_read(tmp_path: Path, verdict: str) -> None:
+    dataset, file = bayestouch.simulate(DESIGN, seed=3).dataset, tmp_path / "diagnosis.json"
+    whole = full_diagnosis(verdict)
+    file.write_text(json.dumps(whole), encoding="utf-8")
+    said = " ".join(saved_diagnosis(tmp_path, dataset).numbers["sentences"])
+    assert "12 ± 3 across times" in str(said).replace("+", "") and "drift and something in place are not" in said
+    refused = set()
+    for place, made in damaged(whole):
+        file.write_text(json.dumps(made), encoding="utf-8")
+        try:
+            found = saved_diagnosis(tmp_path, dataset).numbers
+        except bayestouch.InputError as error:
+            assert str(error).startswith(f"{file}: expected ") and "\n" not in str(error)
+            refused.add(place)
+        else:
+            verdict_sentence(found)
+            loop_bars(found)
+    assert refused >= {("not_distinguishable",), ("in_place", "times"), ("draws", "kept"), ("causes", 0, "names")}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"not_distinguishable": None}, "a list at 'not_distinguishable', got 'None'"),
+        ({"not_distinguishable": [["drift"]]}, "a list of two names at 'not_distinguishable[0]', got \"['drift']\""),
+        ({"in_place": []}, "an object at 'in_place', got '[]'"),
+        ({"draws": {"kept": 0}}, "a number of draws, at least 1, or null at 'draws.kept', got '0'"),
+        ({"causes": [{"names": [], "probability": 1}]}, "a list of at least one name at 'causes[0].names', got '[]'"),
+        ({"not_used": []}, "an object with 'calibration_after' at 'the top'"),
+    ],
+)
+def test_the_line_on_a_damaged_diagnosis_names_the_place(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
+    write_diagnosis_file(tmp_path)
+    file = tmp_path / "diagnosis.json"
+    file.write_text(json.dumps(json.loads(file.read_text("utf-8")) | changes), encoding="utf-8")
+    with pytest.raises(bayestouch.InputError) as caught:
+        saved_diagnosis(tmp_path, bayestouch.simulate(DESIGN, seed=3).dataset)
+    assert f"expected {said}" in str(caught.value)
+
+
+def test_prediction_errors_that_are_known_only_before_are_not_compared_with_the_noise(tmp_path: Path) -> None:
+    numbers = full_diagnosis("explained")
+    numbers["after"]["prediction_error_percent_peak"] = numbers["lack_of_fit_limits"]["after"]["low"] = None
+    (tmp_path / "diagnosis.json").write_text(json.dumps(numbers), encoding="utf-8")
+    said = saved_diagnosis(tmp_path, bayestouch.simulate(DESIGN, seed=3).dataset).numbers["sentences"]
+    assert any(line.startswith("On 10 held-out touches: lack of fit 1.50 → 1.00, rms error of R") for line in said)
