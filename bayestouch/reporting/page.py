@@ -20,6 +20,7 @@ from bayestouch.reporting.loop_bars import (
     loop_bars,
     references_corrected,
 )
+from bayestouch.reporting.phrases import calibrated_with
 from bayestouch.reporting.trust import grade_rows
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
     environment.filters.update(at=_at, shown=_shown, span=_span, radius=_radius, plus_minus=plus_minus, symbol=_symbol)
     environment.filters["plural"] = plural
     environment.filters["place"] = _place
+    environment.filters["calibrated_with"] = calibrated_with
     environment.filters["after_in_words"] = after_in_words
     environment.filters["before_after"] = before_after
     environment.filters["has_errors_of_touches"] = has_errors_of_touches

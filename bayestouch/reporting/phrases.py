@@ -34,6 +34,13 @@ def with_load(places: Mapping[str, Any]) -> str:
     return f"{'with' if places['use_load'] else 'without'} a measured load"
 
 
+def calibrated_with(copied_percent: float) -> str:
+    """Words after "touches" that say whether some of those to be read are copies of calibration touches."""
+    if not copied_percent:
+        return "not calibrated with"
+    return f"to be read ({'all' if copied_percent == 100 else 'some'} were calibrated with)"
+
+
 def load_error(load: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
     """Sentence on the error of the load inferred without the force sensor; adds a key number to the list `key`."""
     if not load["n"]:

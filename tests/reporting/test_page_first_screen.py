@@ -45,7 +45,7 @@ def test_there_is_a_page_without_before_and_after(diagnosis: dict[str, Any] | No
     assert said in first_screen(diagnosis)
 
 
-RMS = "Rms errors of touches that were not calibrated with, and their 90 % intervals (bootstrap over places)."
+RMS = "Rms errors of touches not calibrated with, and their 90 % intervals (bootstrap over places)."
 SD = "Without a reference: median posterior standard deviation, and the range of 90 % of the touches."
 
 
@@ -61,8 +61,9 @@ def test_the_caption_is_that_of_the_figures(kinds: tuple[str, ...], said: tuple[
 
 def test_copies_of_calibration_touches_were_calibrated_with() -> None:
     row = {"quantity": "location", "unit": "mm", "value": 0.2, "low": 0.1, "high": 0.3, "touches": 9}
-    made = first_screen(headline=({**row, "kind": "rms error"},), copied=10.0)
-    assert "Rms errors of touches to be read (some were calibrated with), and their 90 % intervals" in made
+    for copied, which in ((10.0, "some"), (100.0, "all")):
+        made = first_screen(headline=({**row, "kind": "rms error"},), copied=copied)
+        assert f"Rms errors of touches to be read ({which} were calibrated with), and their 90 % intervals" in made
 
 
 @pytest.mark.parametrize(("touches", "said"), [(1, "(1 touch)"), (2, "(2 touches)")])

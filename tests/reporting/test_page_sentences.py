@@ -85,14 +85,39 @@ def test_one_touch_is_not_many(found: dict[str, Any], said: tuple[str, ...]) -> 
         assert sentence in text
 
 
-@pytest.mark.parametrize(("count", "said"), [(1, "1 touch not calibrated with"), (9, "9 touches not calibrated with")])
-def test_predicted_touches_are_counted(count: int, said: str) -> None:
+@pytest.mark.parametrize(
+    ("count", "copied", "said"),
+    [
+        (1, 0.0, "1 touch not calibrated with"),
+        (9, 0.0, "9 touches not calibrated with"),
+        (9, 10.0, "9 touches to be read (some were calibrated with)"),
+    ],
+)
+def test_predicted_touches_are_counted(count: int, copied: float, said: str) -> None:
     peak = {"average": 1.0, "minimum": 0.5, "maximum": 2.0}
     prediction = {"touches": count, "percent_peak": peak}
     residuals = {"readings": 1, "rms": 1.0, "beyond_3_percent": 0.0, "prediction": prediction}
-    assert f"readings of {said} are predicted to 1 %" in words(
-        "residuals.html", {"residuals": residuals, "figures": []}
-    )
+    numbers = {"residuals": residuals, "data": {"copied_percent": copied}, "figures": []}
+    assert f"readings of {said} are predicted to 1 %" in words("residuals.html", numbers)
+
+
+ERRORS = {"n": 4, "bias": 0.1, "sd": 0.1, "rms": 0.1, "median_abs": 0.1, "abs_90": 0.1}
+OF_ALL = {"where": "all", "touches": 4, "distance": ERRORS, "axes": {"x": ERRORS}, "posterior_sd_median_mm": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("copied", "said"),
+    [(0.0, "Touches not calibrated with."), (100.0, "Touches to be read (all were calibrated with).")],
+)
+def test_the_table_of_a_pad_says_which_touches_it_has(copied: float, said: str) -> None:
+    assert said in words("pad/estimates.html", of_pad({"n": 0, "unit": "N"}, copied, OF_ALL), "pad")
+
+
+def of_pad(load: dict[str, Any], copied: float = 0.0, *rows: dict[str, Any]) -> dict[str, Any]:
+    """Numbers of a report on a line of elements, with these errors of load and location."""
+    errors = [{**row, "several_modes_percent": 0.0} for row in rows]
+    estimates = {"errors": errors, "load": load, "axes": ["x"], "posterior_sd_mm": 0.1, "spacing_mm": None}
+    return {"estimates": estimates, "data": {"copied_percent": copied}, "figures": []}
 
 
 REST = "no reading without contact: readings are taken as they are"

@@ -240,7 +240,7 @@ def minimal_pad_numbers(**changes: Any) -> dict[str, Any]:
         ("load_exponent", "error_percent_peak_linear", "error_percent_peak_power", "load_trend_share")
     )
     return {
-        "data": {"body": "pad", "simulated": False},
+        "data": {"body": "pad", "simulated": False, "copied_percent": 0.0},
         "estimates": {"errors": [], "posterior_sd_mm": 0.2, "load": {"n": 0}, "spacing_mm": None},
         "trust": {"coverage": [], "convergence": grades, "calibration_convergence": None},
         "calibration": {"lack_of_fit": None, "error_percent_peak": None, "linearity": linearity},

@@ -5,7 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.output.text import fixed, number, percent, plural
-from bayestouch.reporting.phrases import MOSTLY_SEVERAL, add_key, in_spacings, load_error, verdict_row, with_load
+from bayestouch.reporting.phrases import (
+    MOSTLY_SEVERAL,
+    add_key,
+    calibrated_with,
+    in_spacings,
+    load_error,
+    verdict_row,
+    with_load,
+)
 
 
 def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
@@ -28,7 +36,8 @@ def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str
     place = "Inside the array of elements, location" if where != "all" else "Location"
     text = [
         f"{place} is read to {number(best['rms'], 2)} mm rms{share}, with a median error of "
-        f"{number(best['median_abs'], 2)} mm, over {plural(rows[where]['touches'], 'touch')} not calibrated with."
+        f"{number(best['median_abs'], 2)} mm, over {plural(rows[where]['touches'], 'touch')} "
+        f"{calibrated_with(numbers['data']['copied_percent'])}."
     ]
     add_key(key, f"location error, rms, {where}", best["rms"], "mm", f"median {number(best['median_abs'], 2)} mm")
     outside = rows.get("outside the array")

@@ -18,10 +18,10 @@ def row(where: str, rms: float | None, median: float, touches: int, several: flo
     }
 
 
-def said(*rows: dict[str, Any], **changes: Any) -> tuple[list[str], list[dict[str, Any]]]:
+def said(*rows: dict[str, Any], copied: float = 0.0, **changes: Any) -> tuple[list[str], list[dict[str, Any]]]:
     load = {"n": 0}
     estimates = {"errors": list(rows), "posterior_sd_mm": 0.123, "spacing_mm": 10.0, "load": load}
-    return errors_and_limits({"estimates": estimates | changes})
+    return errors_and_limits({"estimates": estimates | changes, "data": {"copied_percent": copied}})
 
 
 def test_inside_and_outside() -> None:
@@ -42,6 +42,12 @@ def test_inside_and_outside() -> None:
 def test_all_outside() -> None:
     text, _ = said(row("all", 5.0, 4.0, 1), row("outside the array", 5.0, 4.0, 1), spacing_mm=None)
     assert text == ["Location is read to 5 mm rms, with a median error of 4 mm, over 1 touch not calibrated with."]
+
+
+@pytest.mark.parametrize(("copied", "which"), [(10.0, "some"), (100.0, "all")])
+def test_copies_of_calibration_touches_were_calibrated_with(copied: float, which: str) -> None:
+    text, _ = said(row("all", 3.0, 2.0, 50), copied=copied)
+    assert text[0].endswith(f"over 50 touches to be read ({which} were calibrated with).")
 
 
 @pytest.mark.parametrize(("median", "few"), [(1.0, False), (0.99, True)])
