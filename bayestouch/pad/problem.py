@@ -194,7 +194,7 @@ def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, l
     """Touches with a load, noise of the force sensor in N (NaN if no load was measured), and notes."""
     measured = np.isfinite(known.load)
     if not measured.any():
-        note = "no load is measured: loads are relative to the calibration's, and their spread is inferred from it"
+        note = "no load is measured in the calibration: loads are relative to its own, whose spread is inferred"
         return replace(known, load=np.ones(known.n_touches)), np.nan, [note]
     notes = []
     usable = measured & (known.load > 0)

@@ -113,6 +113,19 @@ def test_the_table_of_a_pad_says_which_touches_it_has(copied: float, said: str) 
     assert said in words("pad/estimates.html", of_pad({"n": 0, "unit": "N"}, copied, OF_ALL), "pad")
 
 
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [
+        ("N", "No load was measured, so nothing can be said of its error."),
+        ("", "No load was measured in the calibration: loads are relative to its usual load, so"),
+    ],
+)
+def test_loads_that_were_not_in_the_calibration_may_be_measured(unit: str, said: str) -> None:
+    """A calibration without loads reads them without a unit, whether the touches have loads or not."""
+    text = words("pad/estimates.html", of_pad({"n": 0, "unit": unit}), "pad")
+    assert said in text and text.count("No load was measured") == 1
+
+
 def of_pad(load: dict[str, Any], copied: float = 0.0, *rows: dict[str, Any]) -> dict[str, Any]:
     """Numbers of a report on a line of elements, with these errors of load and location."""
     errors = [{**row, "several_modes_percent": 0.0} for row in rows]
