@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.errors import InputError, shown
 from bayestouch.output.progress import Progress, require_progress, staged
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import number, plural
@@ -146,8 +148,9 @@ def report(
     Raises
     ------
     InputError
-        As in `bayestouch.calibrate` and `bayestouch.infer`, if the folder cannot be written, or if `baselines` are
-        wanted of a finger, beside a saved diagnosis or none, or without scikit-learn.
+        As in `bayestouch.calibrate` and `bayestouch.infer`, if the folder cannot be written, if `diagnosis` is neither
+        True nor False nor a path, or if `baselines` are wanted of a finger, beside a saved diagnosis or none, or
+        without scikit-learn.
 
     Examples
     --------
@@ -170,6 +173,8 @@ def report(
     if dataset is not None:
         require_dataset(dataset)
     output = path_of(output)
+    if not isinstance(diagnosis, bool | str | PathLike):
+        raise InputError(f"diagnosis: expected True, False or the folder of a saved diagnosis, got {shown(diagnosis)}")
     wanted = diagnosis if isinstance(diagnosis, bool) else Path(diagnosis)
     with new_folder(output) as folder:
         evidence = gather(

@@ -115,7 +115,8 @@ def compare(
     Raises
     ------
     InputError
-        If one is no data set and no calibration, the two are of different kinds, or as in `bayestouch.report`.
+        If one is no data set and no calibration, the two are of different kinds, the output is no path, or as in
+        `bayestouch.report`.
 
     Examples
     --------
@@ -128,6 +129,7 @@ def compare(
     >>> table[table["difference_in_sd"].abs() > 3]["parameter"].tolist()  # the contact changes the shear modulus
     ['mu']
     """
+    from bayestouch.data.files import path_of
     from bayestouch.output.files import new_folder
     from bayestouch.reporting import report
     from bayestouch.reporting.comparison.numbers import compared
@@ -142,7 +144,8 @@ def compare(
         raise InputError("expected two data sets or two calibrations, got one of each")
     if first.sensor.body.kind != second.sensor.body.kind:
         raise InputError("expected two fingers or two pads, got one of each")
-    with new_folder(Path(output)) as folder:
+    output = path_of(output)
+    with new_folder(output) as folder:
         sides: list[tuple[Calibration, Mapping[str, Any] | None]] = []
         for number, (name, each) in enumerate((("first", first), ("second", second))):
             if isinstance(each, Calibration):
@@ -153,4 +156,4 @@ def compare(
             sides.append((written.calibration, written.numbers))
         numbers = compared(sides[0], sides[1])
         write_comparison(numbers, folder)
-    return Comparison(Path(output), numbers)
+    return Comparison(output, numbers)

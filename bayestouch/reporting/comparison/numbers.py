@@ -111,13 +111,15 @@ def _quantities(first: Any, second: Any) -> list[dict[str, Any]]:
 def _sentences(numbers: dict[str, Any], first: Calibration, second: Calibration) -> list[str]:
     out = []
     for row in numbers["quantities"] or ():
-        if row["quantity"].endswith("error, rms") and row["first"] and row["second"]:
-            change = 100 * (row["second"] / row["first"] - 1)
-            name, unit = row["quantity"].removesuffix(", rms"), row["unit"]
+        # Some names end in where the error is: "error, rms, outside".
+        name, rms, where = row["quantity"].partition(" error, rms")
+        if rms and row["first"] and row["second"]:
+            change, unit = 100 * (row["second"] / row["first"] - 1), row["unit"]
+            where = where.removeprefix(",").removesuffix(" all")
             both = (
                 f"{number(row['first'], 2)} {unit} rms on the first and {number(row['second'], 2)} {unit} on the second"
             )
-            out.append(f"The {name} is {both} ({change:+z.0f} %).".replace("-", "−"))
+            out.append(f"The {name} error{where} is {both} ({change:+z.0f} %).".replace("-", "−"))
     if first.sensor.n_elements != second.sensor.n_elements:
         out.append("The two have different numbers of elements, so elements are not compared.")
     if others := in_other_units(first, second):

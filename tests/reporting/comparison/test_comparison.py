@@ -14,7 +14,7 @@ from report_cases import FINGER, LINE, Page, small
 import bayestouch
 from bayestouch.commands.cli import main
 from bayestouch.errors import InputError
-from bayestouch.reporting.comparison.numbers import compared_parameters, in_other_units
+from bayestouch.reporting.comparison.numbers import _sentences, compared_parameters, in_other_units
 from bayestouch.simulation import simulate
 
 
@@ -90,3 +90,39 @@ def test_paths_are_not_compared(tmp_path: Path) -> None:
         "expected a data set or a calibration, got 'a.nc'; bayestouch.load_dataset(folder) and bayestouch.load(file) "
         "read them"
     )
+
+
+@pytest.mark.parametrize("output", [123, None])
+def test_output_of_a_comparison_is_a_path(output: object) -> None:
+    with pytest.raises(InputError, match=f"^expected a path, got {output}$"):
+        bayestouch.compare(calibration(), calibration(), output)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("diagnosis", [None, 5])
+def test_diagnosis_of_a_report_is_a_choice_or_a_folder(tmp_path: Path, diagnosis: object) -> None:
+    told = f"^diagnosis: expected True, False or the folder of a saved diagnosis, got {diagnosis}$"
+    with pytest.raises(InputError, match=told):
+        bayestouch.report(None, tmp_path / "out", diagnosis=diagnosis)  # type: ignore[arg-type]
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("quantity", "name"),
+    [
+        ("load error, rms", "load error"),
+        ("composite radius R error, rms", "composite radius R error"),
+        ("location error, rms, all", "location error"),
+        ("location error, rms, inside the array", "location error inside the array"),
+        ("location error, rms, outside", "location error outside"),
+    ],
+)
+def test_every_error_is_compared(quantity: str, name: str) -> None:
+    row = {"quantity": quantity, "unit": "mm", "first": 0.5, "second": 0.4}
+    said = _sentences({"quantities": [row], "parameters": []}, calibration(), calibration())
+    assert said[0] == f"The {name} is 0.50 mm rms on the first and 0.40 mm on the second (−20 %)."
+
+
+def test_what_is_no_error_is_not_compared() -> None:
+    row = {"quantity": "location, posterior sd", "unit": "mm", "first": 0.5, "second": 0.4}
+    (said,) = _sentences({"quantities": [row], "parameters": []}, calibration(), calibration())
+    assert said.startswith("None of")
