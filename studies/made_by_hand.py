@@ -4,11 +4,12 @@ Properties that no effect of the catalogue is about, from the simulator of the t
 core off centre, tips that are tilted along the finger or turned about their normal, tips of 4 mm, tips that stick. The
 finger is calibrated with edges, flats and two round tips, hardly any noise, so that what is left is the property. For
 each: its rms over the peak, what is left of it when gains, depths, angles and the rubber are fitted anew, and the share
-of the sum of squares of this that the best effects of the catalogue take up, each alone.
+of the sum of squares of this that each effect of the catalogue takes up, alone; the table has the largest shares.
 
     python studies/made_by_hand.py [FOLDER] [--small] [--only PROPERTY ...] [--docs]
+    python studies/made_by_hand.py [--only PROPERTY ...] --diagnose
 
-`--docs` writes the table of docs/made_by_hand.md.
+`--docs` writes the table of docs/made_by_hand.md. `--diagnose` prints what a diagnosis names, in place of the table.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,11 +37,12 @@ from independent.effects import Effect  # noqa: E402
 from independent.finger import SMALL, build, record  # noqa: E402
 from independent.sizes import applied  # noqa: E402
 
-from bayestouch.data.dataset import load_dataset  # noqa: E402
+import bayestouch  # noqa: E402
+from bayestouch.data.dataset import DataSet, load_dataset  # noqa: E402
 from bayestouch.effects import catalogue  # noqa: E402
 from bayestouch.effects.kinds import of_chain  # noqa: E402
 from bayestouch.finger.start import base_fit  # noqa: E402
-from bayestouch.model.candidates import score_effects  # noqa: E402
+from bayestouch.model.candidates import Candidate, score_effects  # noqa: E402
 from bayestouch.model.fitting import Fitted  # noqa: E402
 from bayestouch.model.joining import fit_with  # noqa: E402
 from bayestouch.model.split_data import SplitData  # noqa: E402
@@ -56,24 +59,28 @@ PROPERTIES = {
     "short_tip": "tips 4 mm long",
     "sticking_tip": "tips that stick",
 }
-#: Effects that are fitted, and that are listed with the share they take up.
-FITTED, LISTED = 4, 3
+#: Effects that are listed with the share they take up.
+LISTED = 3
 
 
-def fitted(effect: Effect, seed: int) -> tuple[Fitted, float, SplitData]:
-    """The base model fitted to a finger with the property; rms of what the property changes, over the peak."""
+def measured(effect: Effect, seed: int) -> tuple[DataSet, float]:
+    """A finger with the property as it is measured; rms of what the property changes, over the peak."""
     of_finger, of_plan, of_noise = (np.random.default_rng([seed, stream]) for stream in range(3))
     plain = record(DESIGN, build(DESIGN, of_finger), of_plan)
     recording = applied(plain, [(effect, effect.start)], seed)
     changed = (recording.signal - plain.pressed().signal) / recording.peak
     noise = DESIGN.noise_sd * of_noise.standard_normal(recording.signal.shape)
     loads = recording.read_load + DESIGN.force_sd * of_noise.standard_normal(len(recording.time))
+    used = recording.touch < sum(recording.parts[:2])
     with tempfile.TemporaryDirectory() as folder:
         write(Simulated(DESIGN, recording, recording.signal + noise, loads, {}), Path(folder))
-        data = SplitData.of(load_dataset(folder))
-    observed = data.observations(data.training | data.held_out)
-    used = recording.touch < sum(recording.parts[:2])
-    return base_fit(observed, data.dataset.sensor, "layer"), float(np.sqrt(np.mean(changed[used] ** 2))), data
+        return load_dataset(folder), float(np.sqrt(np.mean(changed[used] ** 2)))
+
+
+def fitted(dataset: DataSet) -> tuple[Fitted, SplitData]:
+    """The base model fitted to all touches."""
+    data = SplitData.of(dataset)
+    return base_fit(data.observations(data.training | data.held_out), dataset.sensor, "layer"), data
 
 
 def left(each: Fitted) -> float:
@@ -84,26 +91,46 @@ def left(each: Fitted) -> float:
 
 def row(effect: Effect, seed: int = 0) -> list[str]:
     """One line of the table."""
-    base, changed, data = fitted(effect, seed)
+    dataset, changed = measured(effect, seed)
+    base, data = fitted(dataset)
     known = of_chain(catalogue(data.setting("layer", base.model.reference_load)))
-    scored = score_effects(base, known)[:FITTED]
-    before, taken = left(base), list[tuple[float, str]]()
-    for candidate in scored:
-        new = fit_with(candidate.effect, base, lambda start=candidate.start: start).fitted
-        taken.append((1 - (left(new) / before) ** 2, candidate.effect.name))
-    taken.sort(reverse=True)
+    taken = removed(base, score_effects(base, known))
     return [
         PROPERTIES[effect.name],
         f"{100 * changed:.2f}",
-        f"{100 * before:.2f}",
+        f"{100 * left(base):.2f}",
         ", ".join(f"{name} {100 * share:.0f} %" for share, name in taken[:LISTED]),
     ]
+
+
+def removed(base: Fitted, candidates: Sequence[Candidate]) -> list[tuple[float, str]]:
+    """Share of the sum of squares that each effect removes when it is fitted alone, and its name; largest first.
+
+    All are fitted, since the scores are linear: an effect that is fitted may remove far more than its score says.
+    """
+    taken, before = list[tuple[float, str]](), left(base)
+    for candidate in candidates:
+        new = fit_with(candidate.effect, base, lambda start=candidate.start: start).fitted
+        taken.append((1 - (left(new) / before) ** 2, candidate.effect.name))
+    return sorted(taken, reverse=True)
+
+
+def of_names(names: list[str]) -> list[Effect]:
+    """Properties of these names."""
+    return [each for each in (*shape.EFFECTS, *shape.MADE_BY_HAND) if each.name in names]
+
+
+def diagnosed(names: list[str], seed: int = 0) -> None:
+    """Print what a diagnosis says of a finger with each property."""
+    for effect in of_names(names):
+        found = bayestouch.diagnose(measured(effect, seed)[0], draws=64, seed=seed)
+        print(f"{PROPERTIES[effect.name]}: {found.verdict}, {', '.join(found.effects) or 'nothing named'}", flush=True)
 
 
 def main(names: list[str]) -> str:
     """Print the table of some properties; returns it."""
     rows = []
-    for effect in (each for each in (*shape.EFFECTS, *shape.MADE_BY_HAND) if each.name in names):
+    for effect in of_names(names):
         rows.append(row(effect))
         print(*rows[-1], sep=" | ", flush=True)
     head = ("changes readings by, % of the peak", "a fit leaves, % of the peak", "share that single effects remove")
@@ -116,8 +143,13 @@ if __name__ == "__main__":
     parser.add_argument("--small", action="store_true", help="two properties")
     parser.add_argument("--only", nargs="+", choices=PROPERTIES, default=list(PROPERTIES), help="these properties")
     parser.add_argument("--docs", action="store_true", help="write the table of docs/made_by_hand.md")
+    parser.add_argument("--diagnose", action="store_true", help="print what a diagnosis names, in place of the table")
     options = parser.parse_args()
-    table = main(options.only[:2] if options.small else options.only)
+    names = options.only[:2] if options.small else options.only
+    if options.diagnose:
+        diagnosed(names)
+        parser.exit()
+    table = main(names)
     if options.folder is not None:
         options.folder.mkdir(parents=True, exist_ok=True)
         (options.folder / "made_by_hand.md").write_text(table, "utf-8")

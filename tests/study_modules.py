@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -30,6 +31,16 @@ def study(name: str) -> ModuleType:
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)
     return module
+
+
+def agree(made: str, printed: str) -> bool:
+    """Whether two texts differ by one in the last digit of their numbers at most, which another processor may round."""
+    number = re.compile(r"[+-]?\d+(?:\.\d+)?")
+    ours, theirs = number.findall(made), number.findall(printed)
+    return number.sub("#", made) == number.sub("#", printed) and all(
+        abs(float(one) - float(other)) < 1.5 * 10.0 ** -len(other.partition(".")[2])
+        for one, other in zip(ours, theirs, strict=True)
+    )
 
 
 def is_drawn(path: Path) -> bool:
