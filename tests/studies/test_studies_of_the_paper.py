@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
-from study_modules import is_drawn, study
+from study_modules import STUDIES, agree, is_drawn, study
 
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
@@ -219,3 +219,11 @@ def test_table_3_diagnosis(tmp_path: Path) -> None:
     before, after = (found.diagnosis.numbers[stand]["R_bias_mm"] for stand in ("before", "after"))
     assert abs(after) < 0.5 * abs(before)
     assert is_drawn(tmp_path / "table_3_diagnosis.png")
+
+
+@pytest.mark.slow
+def test_the_page_of_table_3_diagnosis() -> None:
+    """The page has what the study prints at full size."""
+    module = study("nicolson_fearing/table_3_diagnosis")
+    page = (STUDIES.parent / "docs" / "table_3_diagnosis.md").read_text("utf-8")
+    assert agree(module.as_tables(module.run(small=False)), page.split(module.MARK)[1].strip())
