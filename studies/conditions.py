@@ -105,7 +105,7 @@ def available(where: Surrounding) -> bool:
 
 
 def run(where: Surrounding, root: Path, report: bool) -> tuple[list[int], str, list[Path]]:
-    """Status of every command, what they wrote to the terminal, and the posterior files."""
+    """Status of every command, what they wrote to the terminal, and the files of every run, one run after the other."""
     folder = root / where.folder
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(root / "data", folder / "data")
@@ -123,8 +123,7 @@ def run(where: Surrounding, root: Path, report: bool) -> tuple[list[int], str, l
             out, err = process.communicate()
             status.append(process.returncode)
             said += (out + err).decode("utf-8", "replace")
-    last = where.at_once - 1
-    files = [folder / f"calibration-{last}.nc", folder / f"posterior-{last}.nc"]
+    files = [folder / f"{of}-{number}.nc" for number in range(where.at_once) for of in ("calibration", "posterior")]
     return status, said, files
 
 
@@ -158,7 +157,8 @@ def main(report: bool = False, surroundings: Sequence[Surrounding] = SURROUNDING
                 else:
                     found = [arrays(file) for file in files]
                     reference = reference or found
-                    out[where.name] = "same to the last bit" if found == reference else _difference(reference, found)
+                    plain = reference * where.at_once
+                    out[where.name] = "same to the last bit" if found == plain else _difference(plain, found)
             print(f"{where.name:60s}{out[where.name]}", flush=True)
     return out
 

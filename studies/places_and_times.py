@@ -133,12 +133,14 @@ def with_wandering_zeros(simulated: SimulatedDataSet, dataset: DataSet, percent:
 
 
 def said(numbers: Mapping[str, Any]) -> str:
-    """What the diagnosis names: "drift", "place", "not distinguishable", or "nothing"."""
+    """What the diagnosis names: "drift", "place", "not distinguishable", "other" (another effect), or "nothing"."""
     if DRIFTS & {each["name"] for each in numbers["effects"]}:
         return "drift"
     if any(IN_PLACE in pair for pair in numbers["not_distinguishable"]):
         return "not distinguishable"
-    return "place" if numbers["in_place"] is not None else "nothing"
+    if numbers["in_place"] is not None:
+        return "place"
+    return "other" if numbers["effects"] else "nothing"
 
 
 def run(version: str, case: Case) -> dict[str, Any]:

@@ -195,3 +195,15 @@ def test_study_of_faults_runs(monkeypatch: pytest.MonkeyPatch) -> None:
         # 60 touches: two standard errors are 8 per cent
         assert rows[name]["after"].min() > 80
         assert rows[name]["before"].min() < rows[name]["after"].min() - 5
+
+
+@pytest.mark.parametrize("name", ["neighbours swapped", "wires swapped"])
+def test_the_study_of_faults_swaps_wires_of_neighbours(name: str) -> None:
+    """Neighbours of the pad's two columns of four are 6.75 mm apart, opposite corners 21.3 mm."""
+    module, rng = study("faulty_pads"), np.random.default_rng(0)
+    (fault,) = (each for each in module.OURS if each.name == name)
+    places = [(column * 6.75, row * 6.75) for column in range(2) for row in range(4)]
+    table = SimpleNamespace(readings=np.arange(8.0)[None], with_=lambda readings: readings[0])
+    for _ in range(50):
+        (one, other) = np.flatnonzero(fault.apply(table, module.element_of(fault, rng), rng) != np.arange(8))
+        assert np.hypot(*np.subtract(places[one], places[other])) == 6.75

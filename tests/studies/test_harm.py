@@ -57,6 +57,23 @@ def test_forty_fingers_have_no_error_and_seeds_are_fresh() -> None:
     assert len(every) == 120 and len({each.key for each in every}) == 120
 
 
+def test_a_cause_of_no_place_and_no_time_is_not_counted_as_nothing() -> None:
+    """What is said of each finding is written out by the rules of the table."""
+
+    def found(*effects: str, in_place: dict[str, Any] | None = None, undecided: tuple[str, ...] = ()) -> dict[str, Any]:
+        pairs = [[name, "something in place"] for name in undecided]
+        return {
+            "effects": [{"name": name} for name in effects],
+            "not_distinguishable": pairs,
+            "in_place": in_place,
+        }
+
+    assert places.said(found("crosstalk")) == "other"
+    assert places.said(found("crosstalk", in_place={"removed": 0.9})) == "place"
+    assert places.said(found("crosstalk", "gain_drift")) == "drift"
+    assert places.said(found()) == "nothing"
+
+
 def test_a_finger_without_an_error_is_the_same_but_for_it() -> None:
     """The error of 2 % of the peak alone is between them; times, tips and noise are the same."""
     import numpy as np
