@@ -50,6 +50,29 @@ def test_the_forest_is_examined_on_studies_that_it_did_not_see() -> None:
     assert min(found[20:60]) > 0.99
 
 
+@pytest.mark.parametrize(
+    ("name", "one", "unlisted"),
+    [
+        ("blind_study", (92, 121), (72, 96)),
+        ("second_blind_study", (92, 126), (64, 80)),
+        ("third_blind_study", (332, 486), (109, 160)),
+        ("fourth_blind_study", (79, 126), (21, 40)),
+        ("fifth_blind_study", (28, 42), (13, 20)),
+    ],
+)
+def test_diagnoses_are_counted_as_the_pages_count_them(
+    name: str, one: tuple[int, int], unlisted: tuple[int, int]
+) -> None:
+    """Numbers that the first table of each page prints: failed diagnoses are wrong, whole fingers are apart."""
+    page = (STUDIES.parent / "docs" / f"{name}.md").read_text("utf-8")
+    assert f"named first | {one[0]} of {one[1]} |" in page and f"in place | {unlisted[0]} of {unlisted[1]} |" in page
+    of = [each for each in module.records() if each["study"] == name]
+    assert sum(map(module.is_right, of)) == one[0]
+    assert sum(each["kind"] == "one" for each in of) == one[1]
+    assert sum(each["kind"] == "unlisted" and module.is_left_unnamed(each) for each in of) == unlisted[0]
+    assert sum(each["kind"] == "unlisted" for each in of) == unlisted[1]
+
+
 @pytest.mark.slow
 def test_the_table_of_the_page() -> None:
     """No rule reaches both aims, and the page has what the study prints."""
