@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.array_types import BoolArray, IntArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor
@@ -72,11 +73,22 @@ class Evidence:
     def means(self, *, each_sample: bool = False) -> TouchMeans:
         """Touches to infer, averaged as in the inference; or every sample in contact as a touch of its own."""
         touches = self.dataset.touches.baseline_corrected(self.calibration.rest_reading)
-        contact = touches.select(touches.in_contact & np.isin(touches.touch, self.posteriors.rows.touch))
+        contact = touches.select(self._inferred)
         if not each_sample:
             return contact.averaged()
         one_each = np.arange(contact.n_rows), np.zeros(contact.n_rows, dtype=np.int64)
         return contact.with_(touch=one_each[0], sample=one_each[1]).averaged()
+
+    @property
+    def touch_of_samples(self) -> IntArray:
+        """Number of the touch of each sample of `means` with ``each_sample``."""
+        return self.dataset.touches.touch[self._inferred]
+
+    @property
+    def _inferred(self) -> BoolArray:
+        """Rows of the table that the posteriors are of: in contact, and of a touch that is among them."""
+        touches = self.dataset.touches
+        return np.asarray(touches.in_contact & np.isin(touches.touch, self.posteriors.rows.touch))
 
     def of_read_touches(self) -> Evidence:
         """The same without the touches that have no reading: what is said of these is the prior, not the sensor.

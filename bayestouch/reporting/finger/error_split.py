@@ -30,9 +30,7 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
     fits to single samples minus the fit to their mean. None if no touch has two samples.
     """
     means, samples = evidence.means(), evidence.means(each_sample=True)
-    touches = evidence.dataset.touches
-    read = touches.in_contact & np.isin(touches.touch, means.touch)
-    of_sample = touch_of_sample(means.touch, touches.touch[read])
+    of_sample = touch_of_sample(means.touch, evidence.touch_of_samples)
     if not np.any(np.bincount(of_sample) > 1):
         return None
     measured = bool(np.isfinite(means.load).any())

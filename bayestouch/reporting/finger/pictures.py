@@ -80,10 +80,7 @@ def _by_location(evidence: Evidence, tip: float) -> Picture:
     dots = (samples.indenter_radius_mm == tip) & (samples.angle_deg is not None)
     repeated = samples.n_touches > len(posteriors.rows.touch)
     # The table may count angles from 0 to 360 degree; each dot is drawn in the turn of its touch.
-    table = evidence.dataset.touches
-    of_touch = posteriors.rows.location["theta_c"][
-        touch_of_sample(posteriors.rows.touch, table.touch[table.in_contact])
-    ]
+    of_touch = posteriors.rows.location["theta_c"][touch_of_sample(posteriors.rows.touch, evidence.touch_of_samples)]
     # An interval that reaches the flat has no upper limit in r_c; it is cut off at four times the tip.
     top = 1.08 * float(min(high.max(), 4 * tip))
     low, middle, high = (np.minimum(values, 10 * top) for values in (low, middle, high))
