@@ -130,8 +130,9 @@ class PadSampler:
         for start in range(0, len(order), _TOGETHER):
             some = np.sort(order[start : start + _TOGETHER])
             group = known.select(some) if uncertain[some].any() else known.apart().select(some)
-            first, map_ = WithLogLoad.of(parts.select(some)), self.reader.map
-            proposal = first.weighed_by(partial(_density, self.reader, group), map_.low, map_.high)
+            low, high = self.reader.map.low, self.reader.map.high
+            first = WithLogLoad.of(parts.select(some)).reaching(low, high)
+            proposal = first.weighed_by(partial(_density, self.reader, group), low, high)
             yield PadGroup(rows[some], self.reader, group, location[some], proposal, modes[some])
 
 

@@ -36,6 +36,9 @@ _SADDLE, _LEAST_MASS = 0.5, 0.05
 # Nodes with less than this share of the largest weight are neglected.
 _FAINT = 1e-3
 
+# A part reaches the region if its centre is nearer to it than so many of its standard deviations.
+_REACH = 3.0
+
 
 @dataclass(frozen=True, eq=False)
 class ManyParts:
@@ -173,6 +176,24 @@ class WithLogLoad:
     def without_last(self) -> ManyParts:
         """Marginal mixtures of the location."""
         return self.parts.without_last()
+
+    def reaching(self, low: FloatArray, high: FloatArray) -> WithLogLoad:
+        """The same parts; those of a touch whose parts all lie beyond the region move to the nearest location in it.
+
+        Readings that contradict the load, and touches beyond the region, pull the parts out of it. Then no draw would
+        be a possible location.
+
+        Parameters
+        ----------
+        low, high : (D,) arrays
+            Ends of the locations that are possible, mm.
+        """
+        weight, mean, root = self.parts.weight, self.parts.mean, self.parts.root
+        inside = np.concatenate([np.clip(mean[..., :-1], low, high), mean[..., -1:]], axis=-1)
+        sd = np.sqrt((root**2).sum(axis=-1))
+        near = (np.abs(mean - inside) <= _REACH * sd).all(axis=-1) & (weight > 0)
+        mean = np.where(near.any(axis=1)[:, None, None], mean, inside)
+        return WithLogLoad(ManyParts(weight, mean, root))
 
     def weighed_by(
         self, log_density: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray

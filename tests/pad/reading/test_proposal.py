@@ -133,6 +133,17 @@ def test_a_part_beyond_the_region_is_weighed_at_its_edge() -> None:
     np.testing.assert_allclose(made.weight[0], [0.45, 0.45, 0.1], rtol=1e-9)
 
 
+def test_parts_that_all_lie_beyond_the_region_move_to_its_end() -> None:
+    """Those of the first touch: 4 and 6 of their sd below the region, at the same load. The second has one 2 sd off."""
+    mean = np.array([[[-4.0, 4.0], [-6.0, 5.0]], [[-4.0, 4.0], [-2.0, 4.0]]])
+    given = WithLogLoad.of(ManyParts(np.full((2, 2), 0.5), mean, np.tile(np.eye(2), (2, 2, 1, 1))))
+    made = given.reaching(np.array([0.0]), np.array([9.0])).parts
+    np.testing.assert_array_equal(made.mean[..., 0], [[0.0, 0.0], [-4.0, -2.0]])
+    np.testing.assert_allclose(np.exp(made.mean[..., 1]), mean[..., 1])
+    np.testing.assert_array_equal(made.weight, given.parts.weight)
+    np.testing.assert_array_equal(made.root, given.parts.root)
+
+
 def parts(touch: list[int], place: list[list[int]], weight: list[float]) -> Components:
     n, d = len(touch), len(place[0])
     mean = np.column_stack([np.array(place, dtype=float), np.arange(n)])

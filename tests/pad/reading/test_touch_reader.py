@@ -74,6 +74,23 @@ def test_touches_outside_of_the_calibrated_region_are_not_good(make: Callable[[]
     assert (read.beyond, read.missed) == (2, 0)
 
 
+@pytest.mark.parametrize("check_sensor", [True, False])
+def test_a_load_in_another_unit_spoils_no_other_touch(check_sensor: bool) -> None:
+    """One load of twelve is a hundred times too large: no place in the region fits it, and its grade is 0."""
+    design = bayestouch.PadDesign(element_x_mm=(0.0, 0.0, 6.0, 6.0), element_y_mm=(0.0, 6.0, 0.0, 6.0), n_touches=12)
+    dataset = bayestouch.simulate(design, seed=6).dataset
+    calibration, touches = bayestouch.calibrate(dataset, draws=200), dataset.touches
+    right = bayestouch.infer(touches, calibration, draws=512, check_sensor=check_sensor)
+    load = np.where(touches.touch == 3, 100 * touches.load, touches.load)
+    wrong = bayestouch.infer(touches.with_(load=load), calibration, draws=512, check_sensor=check_sensor)
+    np.testing.assert_array_equal(wrong.sample_stats["grade"], np.arange(12) != 3)
+    for name, draws in wrong.posterior.items():
+        np.testing.assert_array_equal(np.delete(draws, 3, axis=-1), np.delete(right.posterior[name], 3, axis=-1))
+    for name in ("x", "y"):
+        # The region reaches from 4.33 mm before the first elements to as far behind the last ones.
+        assert ((wrong.posterior[name] > -4.34) & (wrong.posterior[name] < 10.34)).all()
+
+
 @pytest.mark.parametrize("use_load", [False, True])
 def test_draws_go_by_the_position_of_a_touch_not_by_its_id(use_load: bool) -> None:
     """With acting loads from felt ones, and with true loads resampled: both have random numbers of their own."""
