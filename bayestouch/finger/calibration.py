@@ -210,10 +210,11 @@ def finger_calibration(
         location={"theta_c": fit.likelihood.model.finger.near(means.angle_deg[used])},
         radius_mm=means.indenter_radius_mm[used],
         load=means.load[used],
-        observed=means.readings[used],
+        # Nothing is learnt from an element that always reads the same: its readings count as missing.
+        observed=np.where(touches.missing, np.nan, means.readings[used]),
         predicted=fit.predicted,
         sd=fit.sd,
-        counts=means.counts[used],
+        counts=touches.counts,
         samples=means.samples[used],
         load_reads=means.reads_of_load[used],
     )

@@ -172,6 +172,27 @@ def test_a_dead_element_is_left_out() -> None:
     assert result.posterior["r_s"].std(axis=(0, 1))[4] > 0.1
 
 
+def test_error_and_noise_leave_out_an_element_that_always_reads_the_same() -> None:
+    """In percent of the peak they are means over the others, from their residuals and peaks; as if it was missing."""
+    touches, stuck = known_touches(7), np.arange(len(ANGLES)) == 4
+    made = [
+        bayestouch.calibrate(dataset(touches.with_(readings=np.where(stuck, value, touches.readings))), draws=200)
+        for value in (5.0, np.nan)
+    ]
+    rows, others = made[0].rows, ~stuck
+    assert (np.isnan(rows.observed) == stuck).all()
+    assert (rows.counts[:, stuck] == 0).all()
+    rms = np.sqrt(((rows.observed - rows.predicted)[:, others] ** 2).mean(axis=0))
+    peak = np.abs(true_chain().response[others]) * np.nanmean(rows.load)
+    found = made[0].statistics
+    # The responses are fitted to about 1 %.
+    assert found["error_percent_peak"] == pytest.approx(100 * (rms / peak).mean(), rel=0.05)
+    assert found["noise_percent_peak"] == pytest.approx(
+        100 * (made[0].noise.tactile_sd[others] / peak).mean(), rel=0.05
+    )
+    assert found == made[1].statistics
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
