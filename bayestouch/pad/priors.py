@@ -15,6 +15,8 @@ from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.errors import InputError, nearest
+from bayestouch.model.usable_touches import without_load
+from bayestouch.output.text import plural
 from bayestouch.pad.reached import Reached
 from bayestouch.pad.shift import shift_of_elements
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, Uniform, moved, truncated
@@ -258,18 +260,33 @@ def pad_priors(
     )
 
 
+def check_places(known: TouchMeans, kernel: str, without: int = 0) -> None:
+    """Raise InputError unless there are touches at enough locations for the parameters of an element.
+
+    `without` touches were left out because they have no load.
+    """
+    own = _own_parameters(known, kernel)
+    places = len(np.unique(known.location, axis=0))
+    if places < own + 1:
+        left_out = f" ({without_load(without)})" if without else ""
+        raise InputError(
+            f"calibration has touches at {plural(places, 'known location')}{left_out}: gain, offset and position of "
+            f"each element need at least {own + 1}; touch the pad in more places"
+        )
+
+
+def _own_parameters(known: TouchMeans, kernel: str) -> int:
+    """Number of parameters of each element: gain, offset and position, which the constant kernel does not have."""
+    return 2 + (0 if kernel == "constant" else known.location.shape[1])
+
+
 def check_identifiable(known: TouchMeans, kernel: Kernel, usable: NDArray[np.bool_]) -> None:
     """Raise InputError unless there are enough touches, not all on one line, for the parameters of every element.
 
     Each element has its own gain, offset and position; the kernel is shared by all elements.
     """
-    own = 2 + (known.location.shape[1] if kernel.parameters else 0)
-    places = len(np.unique(known.location, axis=0))
-    if places < own + 1:
-        raise InputError(
-            f"calibration has touches at {places} known locations: gain, offset and position of each element need "
-            f"at least {own + 1}; touch the pad in more places"
-        )
+    check_places(known, kernel.name)
+    own = _own_parameters(known, kernel.name)
     across = np.linalg.svd(known.location - known.location.mean(axis=0), compute_uv=False)
     if across[-1] <= _ON_A_LINE * across[0]:
         raise InputError("all calibration touches are on one line: touch the pad beside it too, or drop a coordinate")

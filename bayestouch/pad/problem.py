@@ -23,7 +23,7 @@ from bayestouch.model.usable_touches import without_load
 from bayestouch.pad.added_noise import NoiseByEffects, NoiseWithEffects
 from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
 from bayestouch.pad.noise import LeftOut, fit_noise
-from bayestouch.pad.priors import PadPriors, pad_priors
+from bayestouch.pad.priors import PadPriors, check_places, pad_priors
 from bayestouch.priors.parameters import Prior
 
 # Assumed noise of a force sensor whose noise is not stated, over the mean load.
@@ -139,6 +139,7 @@ def pad_problem(
         notes.append(f"{int((~located).sum())} calibration touches without location are left out")
     known, force_sd, more = _with_loads(known.select(located), sensor)
     notes += more
+    check_places(known, kernel, without=int(located.sum()) - known.n_touches)
     if known.n_touches > _MOST_TOUCHES:
         notes.append(f"{_MOST_TOUCHES:,} of {known.n_touches:,} calibration touches are used, chosen at random")
         order = np.random.default_rng(seed).permutation(known.n_touches)

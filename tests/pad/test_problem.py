@@ -9,6 +9,7 @@ import pytest
 from pad_simulation import SimulatedPad, line
 
 from bayestouch.data.touches import Touches
+from bayestouch.errors import InputError
 from bayestouch.pad.calibration import calibrate_pad
 from bayestouch.pad.problem import pad_problem
 
@@ -75,3 +76,20 @@ def test_a_calibration_of_touches_that_were_read_once() -> None:
     # All noise together is the same.
     total = [np.hypot(each.noise.tactile_sd, each.noise.discrepancy_sd) for each in (known, unknown)]
     np.testing.assert_allclose(total[0], total[1], rtol=0.3)
+
+
+def test_too_few_places_are_said_not_that_no_element_responds() -> None:
+    """A single touch is left: readings of one touch are all the same. Those without a load are counted."""
+    pad = line()
+    touches = pad.touch(np.linspace(6, 32, 9)[:, None], np.random.default_rng(1), measured=True)
+    one_load = touches.with_(load=np.where(touches.touch == 3, touches.load, np.nan))
+    alone = "calibration has touches at 1 known location: gain, offset and position of each element need at least 4"
+    with pytest.raises(InputError, match=alone):
+        pad_problem(pad.sensor, touches.select(touches.touch == 3), samples="mean", seed=0)
+    with pytest.raises(InputError, match=r"at 1 known location \(8 touches without a load above zero: left out of the"):
+        pad_problem(pad.sensor, one_load, samples="mean", seed=0)
+    # The constant kernel has no positions: gain and offset need three touches.
+    three = touches.select(touches.touch < 3)
+    pad_problem(pad.sensor, three, samples="mean", seed=0, kernel="constant")
+    with pytest.raises(InputError, match="touches at 3 known locations"):
+        pad_problem(pad.sensor, three, samples="mean", seed=0)
