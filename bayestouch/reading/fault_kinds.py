@@ -48,7 +48,7 @@ def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     y, s, s_sd = read[present], misfit.signal[present, column], misfit.signal_sd[present, column]
     scale = float(misfit.scale[column])
     if len(y) > 1 and np.ptp(y) == 0:
-        return ColumnFault(column, "stuck", float(y[0]))
+        return ColumnFault(column, "stuck")
     # The uncertainty of the signal would bias the slope towards zero, so its variance is subtracted from the square.
     weight = 1 / (s_sd**2 + (0.02 * scale) ** 2)
     square = float((weight * (s**2 - s_sd**2)).sum())

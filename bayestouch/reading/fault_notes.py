@@ -96,7 +96,8 @@ def _element(fault: ColumnFault) -> str:
             return f"reads nothing of {100 * fault.value:.0f} % of the touches near it (loose contact)"
         case "stuck":
             when = "at every touch" if fault.since is None else f"from touch {fault.since} on"
-            return f"reads the same ({fault.value:.4g}) {when} (stuck)"
+            # Not what it reads: offsets, rest readings and effects are no longer in the readings that are checked.
+            return f"reads the same {when} (stuck)"
         case "gain":
             change = f"{fault.value:.3g} ± {fault.sd:.1g} times"
             return f"reads {change} what the calibration and the other elements say (its gain has changed)"

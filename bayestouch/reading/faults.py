@@ -265,7 +265,7 @@ def _named(fitted: FittedTouches, out: BoolArray, misfit: SensorMisfit) -> tuple
 
     def fault(column: int) -> ColumnFault:
         if stopped[column] < len(columns):
-            return ColumnFault(column, "stuck", float(columns[-1, column]), since=int(fitted.touch[stopped[column]]))
+            return ColumnFault(column, "stuck", since=int(fitted.touch[stopped[column]]))
         read = columns[:, column]
         silent = None if column == columns.shape[1] - 1 else silent_fault(column, read, misfit, fitted.touch)
         return silent or named(column, read, misfit)

@@ -58,7 +58,7 @@ def test_a_sound_pad_is_read_as_without_the_check(sound: tuple[Calibration, Touc
     ("change", "word"),
     [
         (lambda y: np.random.default_rng(1).normal(0.0, 10.0, len(y)), "(dead)"),
-        (lambda y: np.full(len(y), y[7]), "(stuck)"),
+        (lambda y: np.full(len(y), y[7]), "e03 reads the same at every touch (stuck) and"),
         (lambda y: 0.8 * y, "(its gain has changed)"),
         (lambda y: 1.3 * y, "(its gain has changed)"),
         (lambda y: y + 150.0, "(its zero has moved)"),

@@ -223,7 +223,7 @@ def test_kinds_of_faults() -> None:
     signal = 10 * np.linspace(0.1, 1.0, 40)
     noise = 0.05 * np.where(np.arange(40) % 2, -1.0, 1.0)
     stuck = column(np.full(40, 3.7))
-    assert (stuck.kind, stuck.value, stuck.column) == ("stuck", 3.7, 0)
+    assert (stuck.kind, stuck.column) == ("stuck", 0)
     dead = column(0.1 * signal + noise)
     assert dead.kind == "dead" and dead.value == pytest.approx(0.1, abs=0.01)
     gain = column(1.3 * signal + noise)
@@ -277,7 +277,7 @@ def check(*faults: ColumnFault, order: list[int] | None = None, excess: float = 
 def test_faults_in_words() -> None:
     found = check(
         ColumnFault(0, "dead", 0.01, 0.02),
-        ColumnFault(1, "stuck", 3.7),
+        ColumnFault(1, "stuck"),
         ColumnFault(2, "gain", 1.3, 0.02),
         ColumnFault(3, "offset", -0.041, 0.003),
         ColumnFault(4, "gain", 0.9, 0.01),
@@ -286,7 +286,7 @@ def test_faults_in_words() -> None:
     notes = fault_notes(found, "N")
     begin = "sensor check (200 touches): "
     assert notes[0] == f"{begin}e01 does not follow the touches (dead) and is left out"
-    assert notes[1] == f"{begin}e02 reads the same (3.7) at every touch (stuck) and is left out"
+    assert notes[1] == f"{begin}e02 reads the same at every touch (stuck) and is left out"
     assert notes[2].startswith(f"{begin}e03 reads 1.3 ± 0.02 times what the calibration and the other elements say")
     assert notes[3].startswith(f"{begin}e04 reads -4.1 % of its peak beside what it should")
     assert notes[4].startswith(f"{begin}the force sensor reads 0.9 ± 0.01 times the load that the elements say")
@@ -294,13 +294,13 @@ def test_faults_in_words() -> None:
     assert found.left_out.tolist() == [True] * 4 and found.force_left_out and not found.sound
     wanted = {"touches_checked": 200.0, "elements_left_out": "e01 e02 e03 e04", "force_sensor": "left out"}
     assert fault_settings(found) == wanted | {"noise_widened": 2.25}
-    (late,) = fault_notes(check(ColumnFault(1, "stuck", 0.0, since=121)), "N")
-    assert late == f"{begin}e02 reads the same (0) from touch 121 on (stuck) and is left out"
+    (late,) = fault_notes(check(ColumnFault(1, "stuck", since=121)), "N")
+    assert late == f"{begin}e02 reads the same from touch 121 on (stuck) and is left out"
     (dead,) = fault_notes(check(ColumnFault(1, "dead", since=121)), "N")
     assert dead == f"{begin}e02 does not follow the touches from touch 121 on (dead) and is left out"
     (loose,) = fault_notes(check(ColumnFault(1, "loose", 0.333)), "N")
     assert loose == f"{begin}e02 reads nothing of 33 % of the touches near it (loose contact) and is left out"
-    other = fault_notes(check(ColumnFault(4, "stuck", 1.0), ColumnFault(2, "unlike")), "N")
+    other = fault_notes(check(ColumnFault(4, "stuck"), ColumnFault(2, "unlike")), "N")
     assert "force sensor does not follow the touches (stuck) and is left out: loads are inferred" in other[0]
     assert other[1] == f"{begin}e03 does not agree with the other elements and is left out"
 
