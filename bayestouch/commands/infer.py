@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
@@ -10,6 +11,11 @@ from bayestouch.commands.arguments import calibration_at, table_at
 from bayestouch.commands.options import OneOf, clustered, grouped, seeded, spoken
 from bayestouch.commands.output import Interrupted, check_output, say
 from bayestouch.output.progress import progress_bar
+
+
+def mixing(largest_rhat: float) -> str:
+    """Largest R-hat of the touches in words. It is not finite where the chains of a touch did not move."""
+    return f"R-hat {largest_rhat:.3f} or less" if math.isfinite(largest_rhat) else "chains not mixed"
 
 
 @click.command(short_help="Read touches: location, load and radius.")
@@ -108,8 +114,7 @@ def infer(
         *([f"{beyond} are beyond the loads or places of the calibration (grade 0)"] if beyond else []),
         *([f"{missed} missed the targets (grade 0 in sample_stats)"] if missed else []),
     ]
-    text = (
-        f": {count} touches, bulk ESS {facts['ess_bulk_least']:.0f} or more, R-hat {facts['rhat_most']:.3f} or less; "
-        + ("; ".join(poor) or "all meet the targets")
+    text = f": {count} touches, bulk ESS {facts['ess_bulk_least']:.0f} or more, {mixing(facts['rhat_most'])}; " + (
+        "; ".join(poor) or "all meet the targets"
     )
     say(text, facts, head=str(output), quiet=quiet, as_json=as_json, notes=notes)

@@ -78,8 +78,8 @@ class BlockDraws:
 
     @property
     def worst_rhat(self) -> FloatArray:
-        """Largest R-hat among a block's parameters, (B,); inf if one is constant."""
-        return np.asarray(np.nan_to_num(self.rhat, nan=np.inf).max(axis=1))
+        """Largest R-hat among a block's parameters, (B,); inf if one is constant, or each of its chains is."""
+        return np.asarray(np.where(np.isnan(self.rhat), np.inf, self.rhat).max(axis=1))
 
 
 def empty_draws(chains: int, n: int, blocks: int, dimension: int, round_: int) -> BlockDraws:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.sampling.draws import empty_draws, thinned
+from bayestouch.sampling.draws import Demands, empty_draws, grade, thinned
 
 
 def test_draws_that_are_kept_are_evenly_spaced() -> None:
@@ -19,3 +19,13 @@ def test_draws_that_are_kept_are_evenly_spaced() -> None:
     assert kept.ess_bulk.shape == kept.rhat.shape == (1, 2)
     assert thinned(made, 40) is made
     assert thinned(made, 21).draws.shape == (4, 6, 1, 2)
+
+
+def test_chains_that_stay_where_they_began_have_an_infinite_rhat() -> None:
+    """Between chains the draws differ, within them they do not: the ratio of the variances is infinite."""
+    made = empty_draws(4, 8, 2, 1, 1)
+    made.draws[..., 0, 0] = np.arange(4.0)[:, None]
+    made.draws[..., 1, 0] = 7.0
+    grade(made, slice(None), Demands())
+    assert made.worst_rhat.tolist() == [np.inf, np.inf]
+    assert not made.grade.any()
