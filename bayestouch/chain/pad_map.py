@@ -305,7 +305,8 @@ def _interpolate(
     held = max(1, _HELD // (len(steps) * table.shape[1]))
     for first in range(0, len(flat), held):
         part = slice(first, first + held)
-        cell = flat[part].astype(np.int64)
+        # The fractions of a location that is NaN are NaN, and so are its sums; its cell is any.
+        cell = np.nan_to_num(flat[part]).astype(np.int64)
         weights = _weights(flat[part] - cell)
         values = table.take((cell @ strides + first_load[part])[:, None] + steps, axis=0)
         for total, over in zip(out, derivatives, strict=True):

@@ -57,6 +57,14 @@ def test_sensitivity_and_its_variance_are_those_of_the_location_and_the_load(map
     np.testing.assert_allclose(map_.at(x)[0], sensitivity(x, np.full(50, 2.0)), atol=1e-5)
 
 
+def test_a_location_that_is_not_known_has_no_sensitivity(map_: PadMap) -> None:
+    """Nor has a load: draws of a touch for which no possible location was found are NaN. The others are as alone."""
+    x, load = np.array([[4.0], [np.nan], [4.0]]), np.array([2.0, 2.0, np.nan])
+    for found, alone in zip(map_.at(x, load)[:2], map_.at(x[:1], load[:1])[:2], strict=True):
+        np.testing.assert_array_equal(found[:1], alone)
+        assert np.isnan(found[1:]).all()
+
+
 def test_slopes_are_the_derivatives_of_the_signal(map_: PadMap) -> None:
     rng = np.random.default_rng(1)
     x, load = rng.uniform(0.5, 10.5, (50, 1)), rng.uniform(0.6, 7.5, 50)
