@@ -262,7 +262,9 @@ def not_used(numbers: Mapping[str, Any]) -> str:
 def _worse(key: str, values: Mapping[str, Any]) -> str:
     if key == "log_density":
         return f"log density of the readings of a touch {values['before']:.1f} → {values['after']:.1f}"
-    shown = _pairs({key: values["before"]}, {key: values["after"]})[key]
+    # A file of another version may have an error that has no words here.
+    plain = f"{key} {values['before']:.3g} → {values['after']:.3g}"
+    shown = _pairs({key: values["before"]}, {key: values["after"]}).get(key, plain)
     return f"{shown} of touches {values['touches']}" if values.get("touches") else shown
 
 

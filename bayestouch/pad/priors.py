@@ -270,8 +270,9 @@ def check_places(known: TouchMeans, kernel: str, without: int = 0) -> None:
     if places < own + 1:
         left_out = f" ({without_load(without)})" if without else ""
         raise InputError(
-            f"calibration has touches at {plural(places, 'known location')}{left_out}: gain, offset and position of "
-            f"each element need at least {own + 1}; touch the pad in more places"
+            f"calibration has touches at {plural(places, 'known location')}{left_out}: "
+            f"{'gain and offset' if kernel == 'constant' else 'gain, offset and position'} of each element need at "
+            f"least {own + 1}; touch the pad in more places"
         )
 
 

@@ -82,7 +82,7 @@ class PadCalibrationDesign:
                 "simulation-based calibration needs calibration touches with loads, and the noise of the force sensor"
             )
         touches = known_touches(table)
-        problem, _ = pad_problem(sensor, touches, samples="mean", seed=seed)
+        problem, _ = pad_problem(sensor, touches, kernel=kernel, samples="mean", seed=seed)
         found = calibrate(DataSet(sensor, touches, touches), kernel=kernel, draws=8, seed=seed)
         chosen = kernel_for(kernel, sensor, problem.pitch_mm)
         load = float(np.median(problem.known.load))

@@ -349,6 +349,23 @@ def test_draws_that_missed_the_targets_are_said_beside_the_values_they_gave() ->
 
 
 @pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("R_rms_mm", "rms error of R 1.00 → 2.00 mm"),
+        ("touch_error_percent_peak", "touch_error_percent_peak 1 → 2"),
+        ("of_another_version", "of_another_version 1 → 2"),
+    ],
+)
+def test_a_figure_without_words_is_named_by_its_key(key: str, words: str) -> None:
+    found = numbers(
+        effects=[{"name": "gain_drift"}],
+        not_used=[{"effects": ["gain_drift"], "correction": False, "worse": {key: {"before": 1.0, "after": 2.0}}}],
+        calibration_after={"effects": [], "correction": False},
+    )
+    assert f"read worse ({words})" in outcome.not_used(found)
+
+
+@pytest.mark.parametrize(
     ("stated", "believed", "against"),
     [
         ({"R_rms_mm": 0.4}, True, ""),

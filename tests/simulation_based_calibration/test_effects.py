@@ -83,6 +83,18 @@ def test_readings_have_crosstalk_and_creep() -> None:
     np.testing.assert_allclose(found, rows @ leaks.T * creep[:, None], rtol=1e-12)
 
 
+def test_a_constant_kernel_needs_three_places_only() -> None:
+    """Its elements have a gain and an offset, and no place of their own."""
+    sparse = bayestouch.PadDesign(
+        element_x_mm=(0.0, 8.0, 16.0), element_y_mm=None, margin_mm=2.0, calibration_step_mm=10.0, n_touches=4
+    )
+    dataset = bayestouch.simulate(sparse, seed=1).dataset
+    assert len(np.unique(dataset.calibration.x_mm)) == 3
+    assert PadCalibrationDesign.of(dataset, "constant", 8, 0).kernel.name == "constant"
+    with pytest.raises(bayestouch.InputError, match="gain, offset and position of each element need at least 4"):
+        PadCalibrationDesign.of(dataset, "gaussian", 8, 0)
+
+
 @pytest.mark.parametrize("on_pad", [False, True])
 def test_readings_have_what_measured_touches_left(on_pad: bool) -> None:
     """Written out in the order of time: what is left of the means of earlier touches, with their noise and gaps."""

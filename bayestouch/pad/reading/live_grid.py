@@ -97,11 +97,7 @@ class Region:
         return _clipped(below, above, self.low[0], self.high[0])
 
     def _tail(self, mass: FloatArray, loads: FloatArray, side: int, mean_load: float, load_sd: float) -> float:
-        """Share of the variance of a coordinate or of the load beyond one end, from masses and loads (n, rows).
-
-        With a linear change ``b`` and an exponential distance ``t``, the mean of ``(a + b t)²`` is
-        ``a² + 2 a b E[t] + 2 b² E[t]²``.
-        """
+        """Share of the variance of a coordinate or of the load beyond one end, from masses and loads (n, rows)."""
         unit, weight = _legendre(self.n)
         marginal = mass.sum(axis=1)
         density = marginal / weight
@@ -110,18 +106,16 @@ class Region:
         if outer <= NOTHING * density.max():
             return 0.0
         step = float(abs(unit[2] - unit[0]))
-        # At least one e-fold over the region: a density that does not fall would have no end.
-        length = step / max(float(np.log(inner / outer)), step)
         middle = float(unit @ marginal) / float(marginal.sum())
         variance = float((unit - middle) ** 2 @ marginal) / float(marginal.sum())
+        if inner <= 0 or variance <= 0:
+            return np.inf  # the region has nothing but its end in common with the posterior
+        # At least one e-fold over the region: a density that does not fall would have no end.
+        length = step / max(float(np.log(inner / outer)), step)
         load = np.einsum("er,er->e", mass[ends], loads[ends]) / marginal[ends]
-        shares = []
-        for value, change, of_all in (
-            (abs(unit[ends[0]] - middle), length, variance),
-            (load[0] - mean_load, length * (load[0] - load[1]) / step, load_sd**2),
-        ):
-            shares.append((value * value + 2 * value * change + 2 * change * change) / of_all)
-        return float(outer * length * max(shares))
+        of_place = _moment(abs(unit[ends[0]] - middle), length) / variance
+        of_load = _moment(load[0] - mean_load, length * (load[0] - load[1]) / step)
+        return float(outer * length * max(of_place, of_load / load_sd**2 if load_sd > 0 else 0.0))
 
     def unresolved(self, mass: FloatArray) -> float:
         """Largest of the last three Legendre coefficients of marginal densities over the first; small if resolved."""
@@ -153,6 +147,11 @@ class Region:
                 total += np.interp(grid, low + (high - low) * fine, sum_)
             out.append(np.interp(levels, _increasing(total), grid))
         return np.array(out)
+
+
+def _moment(value: float, change: float) -> float:
+    """Mean of ``(value + change t)²`` for an exponential distance ``t`` with mean 1."""
+    return value * value + 2 * value * change + 2 * change * change
 
 
 def _increasing(values: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@
   const words = document.getElementById("chosen");
   const [first, second] = touches.shown;
   const given = (value) => value !== null && value !== undefined;
-  const shown = (value) => (given(value) ? Number(value.toPrecision(4)).toString().replace("-", "−") : "–");
+  const shown = (value, digits = 4) => (given(value) ? Number(value.toPrecision(digits)).toString().replace("-", "−") : "–");
 
   const fixed = (value, sd) => {
     if (!given(value)) return "–";
@@ -38,7 +38,9 @@
   const label = (i) => {
     const axes = ["theta_c", "x", "y"].filter((name) => name in touches.parameters && given(touches.parameters[name].reference[i]));
     if (!axes.length) return `touch ${touches.touch[i]}`;
-    return axes.map((name) => withUnit(`${touches.parameters[name].symbol} = ${shown(touches.parameters[name].reference[i])}`, touches.parameters[name].unit)).join(", ");
+    // To a hundredth of the unit, wherever the zero of the stage is.
+    const text = (each) => withUnit(`${each.symbol} = ${shown(Math.round(100 * each.reference[i]) / 100, 15)}`, each.unit);
+    return axes.map((name) => text(touches.parameters[name])).join(", ");
   };
   const groups = new Map();
   touches.touch.forEach((_, i) => groups.set(label(i), [...(groups.get(label(i)) || []), i]));

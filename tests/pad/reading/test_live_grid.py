@@ -52,6 +52,19 @@ def test_each_end_of_each_coordinate_is_looked_at() -> None:
     assert shares[1] == pytest.approx([beyond(4.0, 6.0, 0.0), beyond(6.0, 4.0, 0.0)], rel=0.15)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rest", [0.0, 1e-300])
+def test_a_region_with_nothing_but_an_end_of_the_posterior(rest: float) -> None:
+    """All mass is at the last node: no warning, which would end a loop in which warnings are errors."""
+    region = Region(np.array([-9.0]), np.array([50.0]), np.zeros(1), np.eye(1), 25)
+    place, _, ends = region.nodes()
+    mass = np.append(np.full(24, rest), 1.0)
+    ((below, above),) = region.beyond(mass, ends, np.where(mass > 0.5, 3.0, 0.0), 0.0)
+    assert below == 0.0
+    assert above > 1.0
+    assert len(place) == 25
+
+
 @pytest.fixture(scope="module")
 def live() -> PadLive:
     """Two rows of four elements, 6.75 mm apart."""
