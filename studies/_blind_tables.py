@@ -206,12 +206,17 @@ def times(records: Sequence[Record]) -> str:
     return f"Processor time of a case, s (least, median, 90 %, most): {', '.join(quantiles)}.\n"
 
 
+def is_diagnosed(record: Record) -> bool:
+    """Whether a diagnosis was tried: the cause was in reach, and could be simulated."""
+    return not {"out_of_reach", "not_simulated"} & record.keys()
+
+
 def tables(results: Sequence[Record]) -> str:
     """All tables, with the version of the code. Whole fingers are apart."""
     beyond = [each for each in results if "out_of_reach" in each]
     absent = [each for each in results if "not_simulated" in each]
     failed = [each for each in results if "error" in each]
-    done = [each for each in results if not {"out_of_reach", "not_simulated"} & each.keys()]
+    done = list(filter(is_diagnosed, results))
     small, whole = ([each for each in done if each["design"] == of] for of in ("small", "whole"))
     versions = ", ".join(sorted({f"`{each['version']}` (commit {each['commit'][:10]})" for each in results}))
     text = [

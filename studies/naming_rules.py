@@ -24,7 +24,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from _blind_tables import found, is_counted, is_left_unnamed, is_named_first
+from _blind_tables import found, is_counted, is_diagnosed, is_left_unnamed, is_named_first
 from _page import DOCS, docs_of, markdown_table, put_into_page
 from _result_lines import kept_lines
 from blind_study import BLIND_STUDIES
@@ -46,11 +46,6 @@ def records() -> list[Record]:
         lines = kept_lines(DOCS / "results" / study.name / "results.jsonl")
         out += [{**line, "study": study.name} for line in lines if line["kind"] in ("one", "unlisted")]
     return [record for record in out if is_diagnosed(record) and record["design"] == "small" and is_counted(record)]
-
-
-def is_diagnosed(record: Record) -> bool:
-    """Whether a diagnosis was tried: the cause was in reach, and could be simulated."""
-    return not {"out_of_reach", "not_simulated"} & record.keys()
 
 
 def probability(record: Record) -> float:

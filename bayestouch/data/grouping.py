@@ -16,6 +16,12 @@ def groups(touch: IntArray) -> tuple[IntArray, IntArray]:
     return ids[order], rank[inverse]
 
 
+def index_among(ids: IntArray, touch: IntArray) -> IntArray:
+    """Index of each row's id, shape (n,), among distinct ids in any order, shape (t,), which have all of them."""
+    order = np.argsort(ids)
+    return np.asarray(order[np.searchsorted(ids[order], touch)])
+
+
 def grouped_mean(values: FloatArray, group: IntArray, n: int, weights: FloatArray | None = None) -> FloatArray:
     """Mean of the values that are not NaN in each of n groups; NaN for a group without values. Shape (n,).
 

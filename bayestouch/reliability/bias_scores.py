@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import nearest_turn
+from bayestouch.data.grouping import index_among
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 from bayestouch.results.objects import TouchPosteriors
@@ -243,8 +244,7 @@ def variance_split(averaged: TouchPosteriors, single: TouchPosteriors, name: str
         ``total``: errors of single samples. ``location``: errors of averages. ``noise``: differences of single samples
         from the average of their touch.
     """
-    order = np.argsort(averaged.rows.touch)
-    place = order[np.searchsorted(averaged.rows.touch[order], single.rows.touch)]
+    place = index_among(averaged.rows.touch, single.rows.touch)
     of_single, of_average = single.mean(name), averaged.mean(name)
     reference = averaged.reference[name]
     return {

@@ -117,7 +117,7 @@ class PadSampler:
         """The touches in `rows`, in groups whose proposals have about the same number of parts."""
         window = touches.select(rows)
         known = self.reader.touches(window)
-        for some in known.alike:
+        for some in known.of_each_kind:
             yield from self._groups(known.select(some), rows[some], window.location[some])
 
     def _groups(self, known: PadTouches, rows: IndexArray, location: FloatArray) -> Iterator[PadGroup]:

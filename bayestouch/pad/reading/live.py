@@ -12,7 +12,7 @@ from scipy.special import chdtrc
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.pad.reading.live_effects import PadStream
-from bayestouch.pad.reading.live_grid import LONGER, NODES, Region
+from bayestouch.pad.reading.live_grid import NODES, Region
 from bayestouch.pad.reading.live_nodes import OnePadTouch, PadNodes, TrueLoadTable, pad_nodes
 from bayestouch.pad.reading.live_search import ELSEWHERE, Rough, Search
 from bayestouch.pad.reading.touch_reader import PadTouchReader
@@ -24,6 +24,8 @@ from bayestouch.results.objects import Calibration
 # A region is replaced if the mean of the posterior is more than MOVED sd from its centre, if an sd differs by more than
 # a factor RESIZED, or if more than the share BEYOND of a variance is beyond an end. TRIES: largest number of regions.
 MOVED, RESIZED, BEYOND, TRIES = 0.7, 1.4, 0.02, 6
+# Distance of each end of a region from its centre in sd, and the growth of this distance if too much is beyond the end.
+REACH, LONGER = 5.0, 1.6
 # Share of a variance beyond the ends that makes a standard deviation 5 % too small.
 TOO_MUCH = 0.1
 # If the largest of the last three Legendre coefficients over the first one is below this, the nodes resolve the
@@ -127,7 +129,8 @@ class PadLive:
         few, many = NODES[reader.map.dimensions]
         # The region of a wide posterior is seldom an ellipse.
         wide = float(np.sqrt(rough.covariance.diagonal().max())) > WIDE * self.reader.sampler.lattice.step
-        region = Region(reader.map.low, reader.map.high, rough.mean, rough.covariance, many if wide else few)
+        reach = np.full((reader.map.dimensions, 2), REACH)
+        region = Region(reader.map.low, reader.map.high, rough.mean, rough.covariance, many if wide else few, reach)
         for left in reversed(range(TRIES)):
             nodes = pad_nodes(reader, region, one, rough.load, self._true_loads)
             beyond = region.beyond(nodes.mass, nodes.ends, nodes.load, nodes.load_sd)
@@ -151,11 +154,11 @@ def _displaced(region: Region, nodes: PadNodes) -> bool:
 
 def _moved(region: Region, nodes: PadNodes, reach: FloatArray, n: int) -> Region:
     """A region about the posterior that another one has shown, with n nodes of each coordinate."""
-    grown = nodes.covariance.copy()
+    covariance = nodes.covariance.copy()
     least = 0.04 * region.covariance.diagonal()
     axes = range(len(nodes.mean))
-    grown[axes, axes] = np.maximum(grown.diagonal(), least)
-    return Region(region.low, region.high, nodes.mean, grown, n, reach)
+    covariance[axes, axes] = np.maximum(covariance.diagonal(), least)
+    return Region(region.low, region.high, nodes.mean, covariance, n, reach)
 
 
 def _misfit(one: OnePadTouch, nodes: PadNodes) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -12,9 +12,8 @@ from bayestouch.array_types import FloatArray
 
 # Number of nodes of each coordinate, in one and in two dimensions: at first, and if these do not resolve the posterior.
 NODES = {1: (25, 61), 2: (15, 31)}
-# Distance of each end of a region from its centre in sd, and its growth if too much is beyond. FINE: number of points
-# between which a distribution function is interpolated.
-REACH, LONGER, FINE = 5.0, 1.6, 41
+# Number of points between which a distribution function is interpolated.
+FINE = 41
 # Below this share of its largest value a density has less than 2 % of the variance beyond the end, however slowly it
 # falls there (one e-fold over the region).
 NOTHING = 1e-5
@@ -45,7 +44,7 @@ class Region:
     mean: FloatArray
     covariance: FloatArray
     n: int
-    reach: FloatArray = field(default_factory=lambda: np.full((2, 2), REACH))
+    reach: FloatArray
 
     def nodes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Locations (n, D), weights (n,), and the ends (k, 2) of the last coordinate for each node of the first."""
@@ -82,11 +81,12 @@ class Region:
         table, loads = mass.reshape(self.n, -1), load.reshape(self.n, -1)
         along_last = (table, loads) if len(self.mean) == 1 else (table.T, loads.T)
         out, about = np.zeros((len(self.mean), 2)), (float(mass @ load), load_sd)
+        first_ends = self._first_ends
         # Rows of which this end is inside the calibrated region; in one dimension there is one row.
         for side, rows in enumerate((ends[:, 0] > self.low[-1], ends[:, 1] < self.high[-1])):
             if rows.any():
                 out[-1, side] = self._tail(along_last[0][:, rows], along_last[1][:, rows], side, *about)
-            if len(self.mean) == 2 and self._first_ends[side] not in (self.low[0], self.high[0]):
+            if len(self.mean) == 2 and first_ends[side] not in (self.low[0], self.high[0]):
                 out[0, side] = self._tail(table, loads, side, *about)
         return out
 

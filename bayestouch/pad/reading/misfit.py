@@ -101,7 +101,7 @@ class PadMisfit:
         known = replace(with_effects, changes=None)
         read = np.isfinite(touches.load) & reader.load_measured
         x = np.empty((known.n_touches, reader.map.dimensions + 1))
-        for some in known.alike:
+        for some in known.of_each_kind:
             x[some] = _modes(reader, known.select(some), self.lattice)
         signal, slope, of_readings = _expand(reader, known, x)
         hessian = _precision(reader, known, slope, of_readings)

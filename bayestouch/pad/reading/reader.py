@@ -88,7 +88,7 @@ class PadTouches:
         )
 
     @property
-    def alike(self) -> list[IndexArray]:
+    def of_each_kind(self) -> list[IndexArray]:
         """Indices, ascending, of the touches without the last error of `by_noise`, then of those with it.
 
         It is due to touches that may be missing. Few touches have it, and the others are read without it.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.data.arrays import turned
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.grouping import index_among
 from bayestouch.data.sensor import finger_of
 from bayestouch.paper.published import TABLE_4
 from bayestouch.paper.simplex import TouchPredictor
@@ -30,7 +31,7 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
     fits to single samples minus the fit to their mean. None if no touch has two samples.
     """
     means, samples = evidence.means(), evidence.means(each_sample=True)
-    of_sample = touch_of_sample(means.touch, evidence.touch_of_samples)
+    of_sample = index_among(means.touch, evidence.touch_of_samples)
     if not np.any(np.bincount(of_sample) > 1):
         return None
     measured = bool(np.isfinite(means.load).any())
@@ -55,12 +56,6 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
             for row in TABLE_4
         ],
     }
-
-
-def touch_of_sample(touches: NDArray[np.int64], touch: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Row of each sample's touch among the numbers of all touches."""
-    order = np.argsort(touches)
-    return np.asarray(order[np.searchsorted(touches[order], touch)])
 
 
 def _rows(

@@ -11,6 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.contact import CONTACT_MODELS, indenter_radius
 from bayestouch.data.arrays import nearest_turn
+from bayestouch.data.grouping import index_among
 from bayestouch.data.sensor import finger_of
 from bayestouch.output.pictures import (
     BLUE,
@@ -28,7 +29,6 @@ from bayestouch.output.pictures import (
 from bayestouch.output.text import number
 from bayestouch.reporting.differences import reference_composite_radius
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.finger.error_split import touch_of_sample
 from bayestouch.reporting.finger.point_fits import fit_points, model_finger
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def _by_location(evidence: Evidence, tip: float) -> Picture:
     dots = (samples.indenter_radius_mm == tip) & (samples.angle_deg is not None)
     repeated = samples.n_touches > len(posteriors.rows.touch)
     # The table may count angles from 0 to 360 degree; each dot is drawn in the turn of its touch.
-    of_touch = posteriors.rows.location["theta_c"][touch_of_sample(posteriors.rows.touch, evidence.touch_of_samples)]
+    of_touch = posteriors.rows.location["theta_c"][index_among(posteriors.rows.touch, evidence.touch_of_samples)]
     # An interval that reaches the flat has no upper limit in r_c; it is cut off at four times the tip.
     top = 1.08 * float(min(high.max(), 4 * tip))
     low, middle, high = (np.minimum(values, 10 * top) for values in (low, middle, high))

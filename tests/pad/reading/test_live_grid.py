@@ -56,7 +56,7 @@ def test_each_end_of_each_coordinate_is_looked_at() -> None:
 @pytest.mark.parametrize("rest", [0.0, 1e-300])
 def test_a_region_with_nothing_but_an_end_of_the_posterior(rest: float) -> None:
     """All mass is at the last node: no warning, which would end a loop in which warnings are errors."""
-    region = Region(np.array([-9.0]), np.array([50.0]), np.zeros(1), np.eye(1), 25)
+    region = Region(np.array([-9.0]), np.array([50.0]), np.zeros(1), np.eye(1), 25, np.full((1, 2), 5.0))
     place, _, ends = region.nodes()
     mass = np.append(np.full(24, rest), 1.0)
     ((below, above),) = region.beyond(mass, ends, np.where(mass > 0.5, 3.0, 0.0), 0.0)
