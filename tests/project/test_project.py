@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,15 @@ def test_import_leaves_heavy_libraries_alone() -> None:
     program = f"import sys, bayestouch; print(*(name for name in {HEAVY} if name in sys.modules))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
+
+
+def test_no_study_hides_a_library() -> None:
+    """A study's folder comes first on the path: numba, which ArviZ imports, asked for `coverage` and got the study."""
+    studies = {Path(name).stem for name in committed_files() if re.fullmatch(r"studies/(.+/)?[^/]+\.py", name)}
+    assert len(studies) > 80
+    asked_for_if_there = {"coverage", "numba", "dask", "IPython", "tbb"}
+    taken = set(sys.stdlib_module_names) | set(packages_distributions()) | asked_for_if_there
+    assert studies & taken == set()
 
 
 def test_no_file_names_a_place_on_one_machine() -> None:

@@ -46,7 +46,7 @@ def test_coverage() -> None:
 
     That they cover what they should is for `test_simulation_checks.py`, whose touches are independent.
     """
-    module = study("coverage")
+    module = study("coverage_of_touches")
     found = module.main(3, 60)
     # 180 touches: a share of 0.9 scatters by 0.022, 20 samples of one finger share their calibration's error besides
     for name, hits in found[1]["propagated, no model error"].items():

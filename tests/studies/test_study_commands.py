@@ -32,7 +32,7 @@ RUN_ELSEWHERE = {
 }
 #: Print alone, or write files that their options name.
 NO_FOLDER = {
-    *("conditions", "coverage", "faulty_pads", "faulty_sensors", "fuzz_coverage", "fuzz_readers", "gallery"),
+    *("conditions", "coverage_of_touches", "faulty_pads", "faulty_sensors", "fuzz_coverage", "fuzz_readers", "gallery"),
     *("interruptions", "mutants", "sbc_power", "coverage_of_effects", "coverage_of_places", "from_finger_to_finger"),
     *("coverage_of_pads", "harm", "imitations", "import_graph", "naming_rules", "next_touches", "touch_uncertainty"),
 }

@@ -31,9 +31,10 @@ from bayestouch.priors.radius import RadiusOfTips
 from bayestouch.reading.touch_reader import Drawn
 from bayestouch.sampling import BlockProposal
 
-# Largest number of touches in a piece: enough that the overhead of emcee per step is small; fewer if touches are drawn
-# again, which takes many steps, so that all cores are used.
-PIECE, PIECE_AGAIN = 512, 128
+# Largest number of touches in a piece: enough that the overhead of emcee per step is small, and that of the searches,
+# whose last steps are for a few touches (pieces of 512 took a tenth more time); fewer if touches are drawn again, which
+# takes many steps, so that all cores are used.
+PIECE, PIECE_AGAIN = 1024, 128
 #: Names of the draws, (chain, draw, t).
 DRAWN = ("r_c", "R", "theta_c", "P")
 #: Name of the log probabilities of each tip and, last, of other indenters, if the prior has tips: (k, t).

@@ -6,8 +6,8 @@ and plugged in. One noisy sample a touch hides the calibration's error, averages
 finger follows the model exactly, which no calibration knows: that the default prior leaves room for what the model
 misses makes intervals of averages a little too wide here. A third way, told that nothing is missed, shows by how much.
 
-    python studies/coverage.py [fingers] [touches a finger] [--scheduler ADDRESS]
-    python studies/coverage.py --docs                    writes the table of docs/statistics.md
+    python studies/coverage_of_touches.py [fingers] [touches a finger] [--scheduler ADDRESS]
+    python studies/coverage_of_touches.py --docs                    writes the table of docs/statistics.md
 """
 
 from __future__ import annotations
@@ -163,4 +163,4 @@ if __name__ == "__main__":
     options = parser.parse_args()
     hits = main(options.fingers, options.touches, options.scheduler)
     if options.docs:
-        put_into_page("coverage.py", as_markdown(hits, options.fingers), STATISTICS)
+        put_into_page("coverage_of_touches.py", as_markdown(hits, options.fingers), STATISTICS)
