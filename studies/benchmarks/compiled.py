@@ -3,9 +3,10 @@
 The kernel (`compiled_density.c`) looks a touch up in the reading table, subtracts the reading, whitens and sums the
 squares in one pass, in float32 as numpy does it, with the vector instructions of this machine. It takes the place of
 `FingerPosterior.log_density`, and without the sum that of `residual`, which the search for modes and the proposals
-call. Printed are the time of one log density, the processor time of both methods on 4,800 touches, how much of it is
-left when all densities are free (no such kernel can save more), and the floor: the multiplications and additions of all
-densities that a method needs, on arrays, as `log_likelihood.py` counts them.
+call. Printed are the time of one log density, the processor time of both methods on 4,800 touches, and how much of it
+is left when all densities are free (no such kernel can save more), and when the searches for modes and proposals are
+free, too: random numbers, points of the proposals, weights or chains, and their grades. Last comes the floor: the
+multiplications and additions of all densities that a method needs, on arrays, as `log_likelihood.py` counts them.
 
     python studies/benchmarks/compiled.py [touches]      # with a C compiler, cc
 """
@@ -32,11 +33,13 @@ import log_likelihood
 import many_touches
 import numpy as np
 
+from bayestouch.finger.reading.draws import FingerGroup, FingerSampler
 from bayestouch.finger.reading.reader import FingerPosterior
 from bayestouch.reading.draws import DrawPlan, draw
 
 REPEATS = 3
 USUAL = FingerPosterior.residual, FingerPosterior.log_density
+SEARCHED = FingerSampler.groups
 
 
 class Table(ctypes.Structure):
@@ -89,6 +92,27 @@ def replaced(residual: Callable[..., Any], log_density: Callable[..., Any]) -> I
         yield
     finally:
         FingerPosterior.residual, FingerPosterior.log_density = USUAL
+
+
+@contextmanager
+def noted_searches(spent: list[float], densities: list[float]) -> Iterator[None]:
+    """Note the processor time of searches for modes and proposals for a while, without that of `densities` in them."""
+
+    def groups(*arguments: Any) -> Iterator[FingerGroup]:
+        found = SEARCHED(*arguments)
+        while True:
+            begun = time.process_time() - sum(densities)
+            group = next(found, None)
+            spent.append(time.process_time() - sum(densities) - begun)
+            if group is None:
+                return
+            yield group
+
+    FingerSampler.groups = groups
+    try:
+        yield
+    finally:
+        FingerSampler.groups = SEARCHED
 
 
 def compiled(m: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -180,7 +204,8 @@ def main(n: int = 4800) -> dict[str, dict[str, float]]:
     plans: dict[str, DrawPlan] = {"importance": many_touches.BY_WEIGHTS, "emcee": many_touches.BY_CHAINS}
     times = {}
     for method, plan in plans.items():
-        runs: dict[str, list[float]] = {"numpy": [], "compiled": [], "densities free": [], "floor": []}
+        names = ("numpy", "compiled", "densities free", "searches free, too", "floor")
+        runs: dict[str, list[float]] = {name: [] for name in names}
 
         def run(plan: DrawPlan = plan) -> float:
             return processor(lambda: draw(sampler, touches, plan, workers=1))
@@ -191,9 +216,10 @@ def main(n: int = 4800) -> dict[str, dict[str, float]]:
             runs["numpy"].append(run())
             with replaced(*functions):
                 runs["compiled"].append(run())
-            spent, points = list[float](), list[int]()
-            with replaced(*timed(spent, points)):
-                runs["densities free"].append(run() - sum(spent))
+            densities, searches, points = list[float](), list[float](), list[int]()
+            with replaced(*timed(densities, points)), noted_searches(searches, densities):
+                runs["densities free"].append(run() - sum(densities))
+            runs["searches free, too"].append(runs["densities free"][-1] - sum(searches))
             runs["floor"].append(floor() * sum(points))
         times[method] = {name: statistics.median(values) for name, values in runs.items()}
         print(
