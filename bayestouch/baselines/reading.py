@@ -82,20 +82,14 @@ def read_by_regression(
     dimensions = known.location.shape[1]
     asked = [_axis(column, LOCATIONS[dimensions]) for column in known.location.T]
     axes = [_finer(axis) for axis in asked]
-    places = _points(axes)
     predicted, spread = regression(held.inputs)
     residual = held.readings - predicted
-    parts = []
     if known.load is None or held.load is None:
         mean, log_sd = (_at_finer(each, asked, axes) for each in _asked(regression, asked))
-        sd = np.exp(log_sd[0])
         own = _own_log_likelihood(residual, spread)
-        for i in range(0, len(own), CHUNK):
-            some = slice(i, i + CHUNK)
-            density = _log_likelihood(held.readings[some], mean[0], sd)
-            parts.append(_of_location(density, own[some], places, axes, held.location[some]))
+        found = _locations(held, own, mean[0], np.exp(log_sd[0]), axes)
         none = np.full(len(own), np.nan)
-        return RegressionPosteriors(residual, *_joined(parts), none, none, np.stack([none] * 2, 1))
+        return RegressionPosteriors(residual, *found, none, none, np.stack([none] * 2, 1))
     at = _axis(known.load, LOADS_ASKED[dimensions])
     mean, log_sd = (_at_finer(each, asked, axes) for each in _asked(regression, asked, at))
     force_sd = UNSTATED_FORCE_NOISE * float(known.load.mean()) if force_sd is None else force_sd
@@ -106,30 +100,70 @@ def read_by_regression(
     less = np.column_stack([held.location, held.load - 0.5 * step])
     slope = (regression(more)[0] - regression(less)[0]) / step
     own = _own_log_likelihood(residual, np.hypot(spread, slope * errors[:, None]))
-    between = CubicSpline(at, np.eye(len(at)))
+    found = _locations_at_loads(held, own, held.load, errors, at, mean, log_sd, axes)
+    return RegressionPosteriors(
+        residual, *found, *_loads(held.readings, at, mean, log_sd, _axis(known.load, LOADS[dimensions]))
+    )
+
+
+def _locations(
+    held: RegressionTouches, own: FloatArray, mean: FloatArray, sd: FloatArray, axes: list[FloatArray]
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Posteriors of locations as `_of_location`, from means and standard deviations (k, m) without a load."""
+    places, parts = _points(axes), []
+    for i in range(0, len(own), CHUNK):
+        some = slice(i, i + CHUNK)
+        density = _log_likelihood(held.readings[some], mean, sd)
+        parts.append(_of_location(density, own[some], places, axes, held.location[some]))
+    return _joined(parts)
+
+
+def _locations_at_loads(
+    held: RegressionTouches,
+    own: FloatArray,
+    measured: FloatArray,
+    errors: FloatArray,
+    at: FloatArray,
+    mean: FloatArray,
+    log_sd: FloatArray,
+    axes: list[FloatArray],
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Posteriors of locations as `_of_location`, each touch with its `measured` load, whose standard error is given.
+
+    Means and logarithms of standard deviations are those at loads `at` (l,), (l, k, m).
+    """
+    places, between, parts = _points(axes), CubicSpline(at, np.eye(len(at))), []
     for i, error in enumerate(errors):
         # Far below the step of the grid: the load as it was read, its noise as that of readings.
-        load = np.clip(held.load[i], at[0], at[-1])
+        load = np.clip(measured[i], at[0], at[-1])
         # The scatter about the regression has an error of the load, too. It is the same in all elements, and the
         # likelihood takes them as independent: without this term, measured touches are covered too seldom.
         from_load = error * np.tensordot(between(load, 1), mean, 1)
         sd = np.hypot(np.exp(np.tensordot(between(load), log_sd, 1)), from_load)
         density = _log_likelihood(held.readings[i : i + 1], np.tensordot(between(load), mean, 1), sd)
         parts.append(_of_location(density, own[i : i + 1], places, axes, held.location[i : i + 1]))
-    loads = _axis(known.load, LOADS[dimensions])
-    of_loads = np.empty((len(held.load), len(loads)))
+    return _joined(parts)
+
+
+def _loads(
+    readings: FloatArray, at: FloatArray, mean: FloatArray, log_sd: FloatArray, loads: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean and standard deviation (t,) and central interval (t, 2) of the load, from readings (t, m) alone.
+
+    The posterior is taken at `loads`; means and logarithms of standard deviations as in `_locations_at_loads`.
+    """
+    between, of_loads = CubicSpline(at, np.eye(len(at))), np.empty((len(readings), len(loads)))
     for column, share in enumerate(between(loads)):
-        here, spread = np.tensordot(share, mean, 1), np.exp(np.tensordot(share, log_sd, 1))
+        here, sd = np.tensordot(share, mean, 1), np.exp(np.tensordot(share, log_sd, 1))
         for i in range(0, len(of_loads), CHUNK):
-            density = _log_likelihood(held.readings[i : i + CHUNK], here, spread)
-            of_loads[i : i + CHUNK, column] = _log_sum(density)
+            of_loads[i : i + CHUNK, column] = _log_sum(_log_likelihood(readings[i : i + CHUNK], here, sd))
     weight = _weights(of_loads)
     load_mean = weight @ loads
     load_sd = np.sqrt(np.maximum(weight @ loads**2 - load_mean**2, 0.0))
     below = np.cumsum(weight, axis=1) - 0.5 * weight
     tail = (1 - COVERAGE) / 2
     interval = np.array([np.interp([tail, 1 - tail], each, loads) for each in below])
-    return RegressionPosteriors(residual, *_joined(parts), load_mean, load_sd, interval)
+    return load_mean, load_sd, interval
 
 
 def _axis(values: FloatArray, count: int) -> FloatArray:
