@@ -24,6 +24,8 @@ SECONDS, MEMORY = 10, 2 << 30
 BATCH = 500
 OUTCOMES = ("read", "refused", "crash", "died", "hang")
 COUNTS = ("batches", "inputs", *OUTCOMES, "seconds", "peak", "slowest")
+#: Exit codes of libFuzzer: an input took too long, and the run was interrupted.
+TOO_LONG, INTERRUPTED = 70, 72
 WORDS = [
     b"-1", b"0", b"1e400", b"nan", b"inf", b"9" * 400, b"1_0", b'"', b"'", b"[" * 500, b"{" * 500, b"\x00", b"\xff",
     b"\r", b"\n", b",", b";", b"\t", b"a.b." * 40, b"0x7fffffff", b"18446744073709551615", b"<script>",
@@ -77,6 +79,19 @@ def outcome(read: Read, path: Path) -> str:
     except BaseException:
         return "crash\n" + traceback.format_exc()
     return "read"
+
+
+def settled(counts: dict[str, float], exitcode: int) -> dict[str, float]:
+    """Counts of a process that libFuzzer led and that has ended, with the input that it ended in.
+
+    An input is counted as it is begun, and what it came to when it is over: if the process ended between the two, the
+    input was a hang or was the process's death, unless somebody stopped it.
+    """
+    begun = counts["inputs"] - sum(counts[what] for what in OUTCOMES)
+    if exitcode in (0, INTERRUPTED, -signal.SIGINT, -signal.SIGTERM):
+        return counts | {"inputs": counts["inputs"] - begun}
+    what = "hang" if exitcode == TOO_LONG else "died"
+    return counts | {what: counts[what] + begun}
 
 
 def child(pipe: Connection, path: Path, read: Read, inputs: list[bytes], seed: int, n: int) -> None:
