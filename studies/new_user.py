@@ -4,8 +4,8 @@
 
 The three answers: may the readings be trusted; posteriors that ArviZ has opened; the cause of the error, with errors
 before and after. Example data take the place of the user's own. Each command runs as a user types it, in a folder that
-holds the data set and nothing else, and the documentation page has to show it. ``--docs`` puts the table into
-`docs/quickstart.md`, ``--small`` takes a finger of four elements.
+holds the data set and what the commands before it wrote, and the documentation page has to show it. ``--docs`` puts the table
+into `docs/quickstart.md`, ``--small`` takes a finger of four elements.
 """
 
 from __future__ import annotations
@@ -40,7 +40,10 @@ ARVIZ = """python -c 'import arviz as az; print(az.from_netcdf("posterior.nc"))'
 
 @dataclass(frozen=True)
 class Goal:
-    """What a user wants, the commands on one page that give it, and how the answer is read from a folder."""
+    """What a user wants, the commands on one page that give it, and how the answer is read.
+
+    `answer` is a function of the folder and of what the last command printed.
+    """
 
     wish: str
     commands: tuple[str, ...]
@@ -139,7 +142,7 @@ def walk(goal: Goal, data: str, folder: Path) -> Walk:
         done = subprocess.run(
             [*began, *arguments], cwd=folder, env=environment, stdout=subprocess.PIPE, text=True, check=True
         )
-        printed += done.stdout
+        printed = done.stdout
     return Walk(goal, data, (perf_counter() - start) / 60, goal.answer(folder, printed))
 
 

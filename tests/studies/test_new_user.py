@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from study_modules import study
@@ -24,6 +25,23 @@ def test_a_command_that_the_page_does_not_show_ends_the_walk(tmp_path: Path) -> 
     hidden = replace(MODULE.GOALS[0], commands=("bayestouch check my-pad --plot pad.png",))
     with pytest.raises(LookupError, match=r"quickstart\.md does not show: bayestouch check my-pad"):
         MODULE.walk(hidden, "any", tmp_path)
+
+
+def test_arviz_itself_has_to_show_the_posterior(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The line of `infer` has the word posterior, too: it says nothing of what ArviZ shows."""
+    goal = next(each for each in MODULE.GOALS if each.answer is MODULE.opened)
+    printed = {"calibrate": "calibration.nc\n", "infer": "posterior.nc: 45 touches\n"}
+    shown = "Inference data with groups:\n\t> sample_stats\n"
+
+    def run(command: list[str], **_: object) -> SimpleNamespace:
+        return SimpleNamespace(stdout=next((text for verb, text in printed.items() if verb in command), shown))
+
+    monkeypatch.setattr(MODULE.subprocess, "run", run)
+    monkeypatch.setattr(MODULE.bayestouch, "load", lambda _: range(45))
+    with pytest.raises(ValueError, match="ArviZ shows no posterior"):
+        MODULE.walk(goal, "any", tmp_path)
+    shown = "Inference data with groups:\n\t> posterior\n"
+    assert MODULE.walk(goal, "any", tmp_path).answer == "posteriors of 45 touches"
 
 
 def test_table_of_the_page_is_within_the_limits() -> None:
