@@ -160,16 +160,8 @@ def processor(call: Callable[[], object]) -> float:
 
 def floor() -> float:
     """Seconds of the multiplications and additions of one density, all elements."""
-    rng = np.random.default_rng(1)
-    a, b = (rng.random((log_likelihood.TOUCHES * log_likelihood.WALKERS, many_touches.ELEMENTS)) for _ in range(2))
-    out = np.empty_like(a)
-
-    def passes() -> None:
-        for _ in range(10):
-            np.multiply(a, b, out=out)
-            np.add(out, a, out=out)
-
-    return min(timeit.repeat(passes, number=3, repeat=5)) / 3 / len(a)
+    passes, out = log_likelihood.floor(log_likelihood.TOUCHES * log_likelihood.WALKERS)
+    return min(timeit.repeat(passes, number=3, repeat=5)) / 3 / len(out)
 
 
 def one_density(functions: tuple[Callable[..., Any], Callable[..., Any]]) -> dict[str, float]:

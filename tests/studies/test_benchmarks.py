@@ -17,6 +17,17 @@ def test_log_likelihood_benchmark_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     assert nanoseconds["tabulated, calibration plugged in"] < nanoseconds["Fourier series"] / 5
 
 
+def test_the_floor_of_a_log_likelihood_has_its_precision(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The table and residuals are float32; multiplications of float64 would take twice as long and be no bound."""
+    module = study("benchmarks/log_likelihood")
+    monkeypatch.setattr(module, "TOUCHES", 4)
+    passes, out = module.floor(8)
+    passes()
+    x = np.broadcast_to([0.0, 0.0, 200.0], (4, 2, 3))
+    assert out.dtype == module.posterior(False).residual(x, np.arange(4)).dtype == np.float32
+    assert out.shape == (8, module.ELEMENTS) and (out > 0).all()
+
+
 def test_contact_benchmark(capsys: pytest.CaptureFixture[str]) -> None:
     """Each way of solving the contact is timed, and shown as a multiple of Hertz."""
     seconds = study("benchmarks/contact").main()
@@ -54,6 +65,9 @@ def test_calibrations_of_fingers_have_enough_draws() -> None:
     (row,) = study("benchmarks/finger_calibrations").main(("cross-talk",), design)
     assert row[0] == "cross-talk" and 0 < float(row[1]) <= 1
     assert float(row[2]) >= 400 and float(row[3]) <= 1.02
+
+
+
 
 
 def test_derivatives_are_timed_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
