@@ -14,12 +14,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
 import sys
-import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from _page import STATISTICS, markdown_table, put_into_page
+from _processor import processor_seconds
 
 import bayestouch
 from bayestouch.effects.stated import StatedModel
@@ -42,9 +42,9 @@ def row(name: str, design: bayestouch.FingerDesign) -> list[str]:
     effects = CASES[name]
     dataset = bayestouch.simulate(design, effects=effects, seed=3).dataset
     model = StatedModel("finger", "layer", tuple((effect, {}) for effect in effects))
-    begun = time.process_time()
+    begun = processor_seconds()
     found = bayestouch.calibrate(dataset, model=model, discrepancy="touch").statistics
-    seconds = time.process_time() - begun
+    seconds = processor_seconds() - begun
     return [
         name,
         f"{found['acceptance']:.2f}",

@@ -14,10 +14,12 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sys
-import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
 import numpy as np
+from _processor import processor_seconds
 
 from bayestouch import load_dataset
 from bayestouch.data.sensor import pad_of
@@ -37,10 +39,10 @@ def main(names: tuple[str, ...]) -> None:
     for name in names:
         dataset = load_dataset(shared / "measured" / name)
         chosen = choose_pad(dataset, kernel="auto")
-        begun = time.process_time()
+        begun = processor_seconds()
         density = PadDensity.of(fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor)))
         drawn = sample_density(density, draws=1000, seed=0)
-        seconds = time.process_time() - begun
+        seconds = processor_seconds() - begun
         ratio = drawn.draws[:, :, 0].reshape(-1, len(density.names)).std(axis=0) / np.sqrt(np.diag(density.covariance))
         at_bound = np.min(np.abs(density.mode - np.array(density.bounds)), axis=0) < 1e-6
         bound = ", ".join(f"{density.names[i]} {ratio[i]:.2f}" for i in np.flatnonzero(at_bound))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from study_modules import study
@@ -67,6 +70,22 @@ def test_calibrations_of_fingers_have_enough_draws() -> None:
     assert float(row[2]) >= 400 and float(row[3]) <= 1.02
 
 
+@pytest.mark.parametrize("name", ["finger_calibrations", "pad_calibrations"])
+def test_calibrations_count_the_processes_that_they_fork(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """1 and 2 s of this process, 3 and 4 s of those that it started: 10 s."""
+    module = study(f"benchmarks/{name}")
+    monkeypatch.setattr(os, "times", lambda: (1.0, 2.0, 3.0, 4.0, 99.0))
+    assert module.processor_seconds() == 10.0
+
+
+def test_the_row_of_a_calibration_has_its_processor_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = study("benchmarks/finger_calibrations")
+    found = SimpleNamespace(statistics={"acceptance": 0.8, "ess_bulk": 500.0, "rhat": 1.01})
+    monkeypatch.setattr(bayestouch, "calibrate", lambda *_, **__: found)
+    clock = iter([1.0, 13.3])
+    monkeypatch.setattr(module, "processor_seconds", lambda: next(clock))
+    design = bayestouch.FingerDesign(n_elements=2, edge_step_deg=8.0, flat_step_deg=16.0)
+    assert module.row("no effect", design) == ["no effect", "0.80", "500", "1.010", "12.3 s"]
 
 
 
