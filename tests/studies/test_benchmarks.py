@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -87,6 +88,20 @@ def test_the_row_of_a_calibration_has_its_processor_seconds(monkeypatch: pytest.
     design = bayestouch.FingerDesign(n_elements=2, edge_step_deg=8.0, flat_step_deg=16.0)
     assert module.row("no effect", design) == ["no effect", "0.80", "500", "1.010", "12.3 s"]
 
+
+def test_libraries_read_the_same_file_and_are_timed_as_often(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """xarray behind the checks has the arrays of xarray alone; ours and ArviZ have the same number of runs."""
+    module = study("benchmarks/libraries")
+    design = bayestouch.FingerDesign(n_elements=2, edge_step_deg=8.0, flat_step_deg=16.0)
+    path = tmp_path / "calibration.nc"
+    bayestouch.calibrate(bayestouch.simulate(design, seed=1).dataset, draws=8).save(path)
+    alone, behind = (module.READERS[name](path) for name in ("xarray", "xarray behind our checks"))
+    assert set(alone) == set(behind) >= {"posterior"}
+    assert all(alone[name].identical(behind[name]) for name in alone)
+    repeated: list[int] = []
+    monkeypatch.setattr(module, "seconds", lambda call, repeats: float(repeated.append(repeats) or 1.0))
+    assert module.grades(2, 3)["difference"] < 1e-9
+    assert repeated == [3, 3]
 
 
 def test_derivatives_are_timed_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
