@@ -105,6 +105,8 @@ def _verbs(folder: Path, like: Path | None) -> None:
 
 def _said(folder: Path, file: str, change: tuple[Any, ...], command: tuple[str, ...]) -> dict[str, Any]:
     """Exit status and lines of a command on a copy of the data set with one wrong thing."""
+    import bayestouch
+
     wrong = folder / "wrong"
     shutil.copytree(folder / "data", wrong)
     path = wrong / file
@@ -120,7 +122,7 @@ def _said(folder: Path, file: str, change: tuple[Any, ...], command: tuple[str, 
     output = () if command[0] == "check" else ("-o", "out")
     words = [word.format(data="wrong") for word in (*command, *calibration, *output)]
     run = [sys.executable, "-m", "bayestouch", *words]
-    environment = os.environ | {"PYTHONPATH": os.environ.get("PYTHONPATH", str(Path(__file__).parents[1]))}
+    environment = os.environ | {"PYTHONPATH": str(Path(bayestouch.__file__).parents[1])}  # the version that runs here
     done = subprocess.run(run, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     shutil.rmtree(wrong)
     return {"status": done.returncode, "said": done.stderr.strip().splitlines()}
