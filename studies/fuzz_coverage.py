@@ -36,7 +36,7 @@ EVERY = 10.0
 
 
 def led(read: Read, path: Path, corpus: Path, options: list[str], counts: Any) -> None:
-    """Fuzz a reader in this process, which libFuzzer ends; `counts` is an array that others see, as `COUNTS` names it."""
+    """Fuzz a reader in this process, which libFuzzer ends; `counts` is in shared memory, in the order of `COUNTS`."""
     place = {name: number for number, name in enumerate(COUNTS)}
 
     def one(data: bytes) -> None:

@@ -4,8 +4,8 @@
 
 The three answers: may the readings be trusted; posteriors that ArviZ has opened; the cause of the error, with errors
 before and after. Example data take the place of the user's own. Each command runs as a user types it, in a folder that
-holds the data set and what the commands before it wrote, and the documentation page has to show it. ``--docs`` puts the table
-into `docs/quickstart.md`, ``--small`` takes a finger of four elements.
+holds the data set and what the commands before it wrote, and the documentation page has to show it. ``--docs`` puts the
+table into `docs/quickstart.md`, ``--small`` takes a finger of four elements.
 """
 
 from __future__ import annotations
