@@ -1,8 +1,8 @@
 """What a fit with effects costs: derivatives over the values of effects, and signals of touches that an effect moves.
 
-A fit needs the derivative of all readings over each parameter, many times. The finger has 16 elements, 242 calibration
-touches, and effects in their looser forms, which have values of each element. Two ratios are printed, each of two
-computations that take turns:
+A fit needs the derivative of all readings over each parameter, many times. The finger has 16 elements, 427 touches
+(those of the calibration and half of the others), and effects in their looser forms, which have values of each element.
+Two ratios are printed, each of two computations that take turns:
 
 * derivatives over all values of the effects: from the signal before each effect, with one difference for the values of
   all elements, beside one prediction of the whole chain above and one below each value;

@@ -89,6 +89,14 @@ def test_the_row_of_a_calibration_has_its_processor_seconds(monkeypatch: pytest.
     assert module.row("no effect", design) == ["no effect", "0.80", "500", "1.010", "12.3 s"]
 
 
+def test_a_diagnosis_is_timed_on_all_its_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """1.5 s of this process and 2.5 s of those that it started: 4 s, whatever the clock says."""
+    module = study("benchmarks/diagnosis")
+    clock = iter([(1.0, 0.0, 0.0, 0.0, 50.0), (2.0, 0.5, 2.0, 0.5, 52.0)])
+    monkeypatch.setattr(os, "times", lambda: next(clock))
+    assert module.timed(lambda: "result") == ("result", 4.0)
+
+
 def test_libraries_read_the_same_file_and_are_timed_as_often(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """xarray behind the checks has the arrays of xarray alone; ours and ArviZ have the same number of runs."""
     module = study("benchmarks/libraries")
