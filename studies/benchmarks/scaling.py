@@ -1,5 +1,7 @@
 """Time and memory of `bayestouch infer` on 10³ ... 10⁶ touches: both beside what a linear cost would be.
 
+Exponents of time and memory are those between the two largest tables.
+
 Each table of single samples is written as Parquet or CSV and read by the command in a process of its own, whose
 processor time (of all its processes) and peak memory (of the largest) the system tells. Summaries of 512 draws are
 kept. On a finger every touch is another one; on a pad they are those of a simulated data set with new noise.
@@ -31,6 +33,9 @@ from bayestouch.simulation import FingerDesign, PadDesign
 
 # A table so small that what it costs is starting the program, solving contacts and opening files.
 SMALLEST = 64
+#: Sizes of the tables below the largest; the last but one is near it, so that exponents are those of large tables.
+SIZES = (1000, 10_000, 100_000, 400_000)
+LARGEST = 1_000_000
 PART = 20_000
 
 
@@ -115,8 +120,13 @@ def run(table: Path, calibration: Path, n: int, method: str, draws: int) -> Cost
     return cost
 
 
+def sizes_up_to(largest: int) -> tuple[int, ...]:
+    """Sizes of the tables, the largest one included."""
+    return (*(size for size in SIZES if size < largest), largest)
+
+
 def main(
-    sizes: tuple[int, ...] = (1000, 10_000, 100_000, 1_000_000),
+    sizes: tuple[int, ...] = (*SIZES, LARGEST),
     method: str = "importance",
     draws: int = 512,
     folder: Path | None = None,
@@ -172,14 +182,13 @@ def main(
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--largest", type=int, default=1_000_000, help="largest table")
+    parser.add_argument("--largest", type=int, default=LARGEST, help="largest table")
     parser.add_argument("--body", choices=["finger", "pad"], default="finger")
     parser.add_argument("--table", choices=["parquet", "csv"], default="parquet")
     parser.add_argument("--method", choices=["importance", "emcee"], default="importance")
     parser.add_argument("--draws", type=int, default=512)
     parser.add_argument("--folder", type=Path, default=None, help="where tables and posteriors are written for a while")
     chosen = parser.parse_args()
-    decades = [10**k for k in range(3, 10) if 10**k < chosen.largest]
     if chosen.body == "pad" and chosen.method != "emcee":
         parser.error("touches on a pad are drawn by emcee alone: --method emcee")
-    main((*decades, chosen.largest), chosen.method, chosen.draws, chosen.folder, chosen.body, chosen.table)
+    main(sizes_up_to(chosen.largest), chosen.method, chosen.draws, chosen.folder, chosen.body, chosen.table)

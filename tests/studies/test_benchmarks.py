@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from study_modules import study
+from study_modules import STUDIES, study
 
 import bayestouch
 
@@ -95,6 +95,17 @@ def test_a_diagnosis_is_timed_on_all_its_processes(monkeypatch: pytest.MonkeyPat
     clock = iter([(1.0, 0.0, 0.0, 0.0, 50.0), (2.0, 0.5, 2.0, 0.5, 52.0)])
     monkeypatch.setattr(os, "times", lambda: next(clock))
     assert module.timed(lambda: "result") == ("result", 4.0)
+
+
+def test_sizes_of_the_tables_that_scale() -> None:
+    """Those of the page, and fewer where the largest is smaller."""
+    module = study("benchmarks/scaling")
+    assert module.sizes_up_to(module.LARGEST) == (1000, 10_000, 100_000, 400_000, 1_000_000)
+    assert module.sizes_up_to(20_000) == (1000, 10_000, 20_000)
+    page = (STUDIES.parent / "docs" / "large.md").read_text("utf-8")
+    table = page.partition("| touches | s | s of processor | peak MB |")[2].partition("\n\n")[0]
+    first = [line.split("|")[1].strip().replace(",", "") for line in table.splitlines()[2:]]
+    assert [int(each) for each in first] == list(module.sizes_up_to(module.LARGEST))
 
 
 def test_libraries_read_the_same_file_and_are_timed_as_often(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
