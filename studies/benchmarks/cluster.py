@@ -1,8 +1,9 @@
 """Speed-up of a local Dask cluster of two workers over one, and what a block costs beyond its work.
 
-The same touches are read in blocks of several sizes by one worker and by two, and by this process alone. Overhead:
-what a cluster of one worker takes longer than this process, by the number of blocks (transport, scheduling, writing).
-Times are the shortest of so many runs.
+The same touches are read in blocks of several sizes by one worker and by two, and by this process alone. Clusters are
+started, and workers have imported what they need, before a time is taken. Overhead: what a cluster of one worker takes
+longer than this process, by the number of blocks (transport, scheduling, writing), as the straight line that fits best.
+Times are the shortest of so many runs. How far they are from the line says how well the overhead is known.
 
     python studies/benchmarks/cluster.py [touches] [--repeats 2]
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from dataclasses import dataclass
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -53,6 +55,24 @@ def seconds(
     return best
 
 
+@dataclass(frozen=True)
+class Line:
+    """What a cluster takes longer than one process: something for each block, and once for all, s.
+
+    `miss` is the largest distance of a run from the line.
+    """
+
+    block: float
+    once: float
+    miss: float
+
+    @classmethod
+    def through(cls, blocks: np.ndarray, longer: np.ndarray) -> Line:
+        """The line of least squares through runs of so many blocks (n,) that took so much longer (n,), s."""
+        block, once = np.polyfit(blocks, longer, 1)
+        return cls(float(block), float(once), float(np.abs(once + block * blocks - longer).max()))
+
+
 def main(n: int = 32_768, repeats: int = 2, sizes: tuple[int, ...] = SIZES) -> dict[str, float]:
     """Print the table; returns the largest speed-up, and times in s: of a block, of a run, of a touch."""
     import distributed
@@ -80,20 +100,20 @@ def main(n: int = 32_768, repeats: int = 2, sizes: tuple[int, ...] = SIZES) -> d
             print(f"{size:6d} {here:8.2f} {one:11.2f} {two:12.2f} {one / two:9.2f} {1e3 * overhead:12.1f}", flush=True)
     finally:
         run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT = usual
-    # What a cluster of one worker takes longer than this process: something for each block, and once for all.
     size, here, one, two = np.array(rows).T
-    overhead, once = np.polyfit(np.ceil(n / size), one - here, 1)
+    line = Line.through(np.ceil(n / size), one - here)
     results = {
         "speed-up": float(np.max(one / two)),
-        "overhead": max(0.0, float(overhead)),
-        "once": max(0.0, float(once)),
+        "overhead": max(0.0, line.block),
+        "once": max(0.0, line.once),
         "touch": float(here.min()) / n,
     }
     needed = results["overhead"] / OVERHEAD / results["touch"]
     print(
-        f"a cluster costs {results['once']:.1f} s once and {1e3 * results['overhead']:.1f} ms a block beyond its "
-        f"touches, a touch {1e3 * results['touch']:.3f} ms: "
-        f"{100 * OVERHEAD:.0f} % of overhead at {needed:.0f} touches a block"
+        f"a run on a cluster costs {results['once']:.1f} s once and {1e3 * results['overhead']:.1f} ms a block beyond "
+        f"its touches, a touch {1e3 * results['touch']:.3f} ms: "
+        f"{100 * OVERHEAD:.0f} % of overhead at {needed:.0f} touches a block of {DRAWS} draws; "
+        f"the runs are up to {line.miss:.1f} s from this line"
     )
     return results
 

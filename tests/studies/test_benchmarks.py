@@ -108,6 +108,13 @@ def test_sizes_of_the_tables_that_scale() -> None:
     assert [int(each) for each in first] == list(module.sizes_up_to(module.LARGEST))
 
 
+def test_the_overhead_of_a_cluster_is_given_with_the_distance_of_the_runs() -> None:
+    """4 s once and 20 ms a block, and runs of 10, 20 and 30 blocks off by 0.1, -0.2 and 0.1 s."""
+    line = study("benchmarks/cluster").Line
+    found = line.through(np.array([10.0, 20.0, 30.0]), np.array([4.3, 4.2, 4.7]))
+    assert (found.block, found.once, found.miss) == pytest.approx((0.02, 4.0, 0.2), rel=1e-9)
+
+
 def test_libraries_read_the_same_file_and_are_timed_as_often(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """xarray behind the checks has the arrays of xarray alone; ours and ArviZ have the same number of runs."""
     module = study("benchmarks/libraries")
