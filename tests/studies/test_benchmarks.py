@@ -8,9 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from study_modules import STUDIES, study
 
 import bayestouch
+from bayestouch.data.touches import touches_from
 
 
 def test_log_likelihood_benchmark_runs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,6 +115,19 @@ def test_the_overhead_of_a_cluster_is_given_with_the_distance_of_the_runs() -> N
     line = study("benchmarks/cluster").Line
     found = line.through(np.array([10.0, 20.0, 30.0]), np.array([4.3, 4.2, 4.7]))
     assert (found.block, found.once, found.miss) == pytest.approx((0.02, 4.0, 0.2), rel=1e-9)
+
+
+def test_versions_are_compared_on_as_many_touches_as_the_table_says() -> None:
+    """All rows of the first two of three touches."""
+    touches = touches_from(np.array([0, 0, 4, 7, 7]), np.ones((5, 2)))
+    assert study("benchmarks/versions").first_touches(touches, 2).touch.tolist() == [0, 0, 4]
+    assert study("benchmarks/versions").first_touches(touches, 9).touch.tolist() == [0, 0, 4, 7, 7]
+
+
+def test_a_part_of_the_versions_is_not_written_as_the_table(tmp_path: Path) -> None:
+    module = study("benchmarks/versions")
+    done = CliRunner().invoke(module.main, [str(tmp_path), "--only", "report", "--docs"])
+    assert done.exit_code == 2 and "leave out --only" in done.output
 
 
 def test_libraries_read_the_same_file_and_are_timed_as_often(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
