@@ -52,12 +52,14 @@ class Cost(NamedTuple):
 
 
 def environment(folder: Path) -> Path:
-    """Python of the peers' environment, made where it is not there."""
-    python = folder / "bin" / "python"
-    if not python.exists():
+    """Python of the peers' environment, made where it is not there, or not whole, or has other versions."""
+    python, requirements = folder / "bin" / "python", HERE / "peers-requirements.txt"
+    # a copy of the requirements says that all of them are installed
+    wanted, installed = requirements.read_text("utf-8"), folder / requirements.name
+    if not installed.exists() or installed.read_text("utf-8") != wanted:
         subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
-        requirements = str(HERE / "peers-requirements.txt")
-        subprocess.run([str(python), "-m", "pip", "install", "--quiet", "-r", requirements], check=True)
+        subprocess.run([str(python), "-m", "pip", "install", "--quiet", "-r", str(requirements)], check=True)
+        installed.write_text(wanted, "utf-8")
     return python
 
 

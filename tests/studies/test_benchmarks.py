@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -128,6 +129,27 @@ def test_a_part_of_the_versions_is_not_written_as_the_table(tmp_path: Path) -> N
     module = study("benchmarks/versions")
     done = CliRunner().invoke(module.main, [str(tmp_path), "--only", "report", "--docs"])
     assert done.exit_code == 2 and "leave out --only" in done.output
+
+
+def test_an_environment_of_peers_that_was_interrupted_is_completed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """pip fails the first time, with Python already there; the second time it installs, the third nothing is run."""
+    module = study("benchmarks/peers")
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "python").touch()
+    run: list[str] = []
+
+    def failing(command: list[str], **_: object) -> None:
+        run.append(command[2])
+        if run == ["venv", "pip"]:
+            raise subprocess.CalledProcessError(1, command)
+
+    monkeypatch.setattr(module.subprocess, "run", failing)
+    with pytest.raises(subprocess.CalledProcessError):
+        module.environment(tmp_path)
+    assert module.environment(tmp_path) == module.environment(tmp_path) == tmp_path / "bin" / "python"
+    assert run == ["venv", "pip", "venv", "pip"]
 
 
 def test_libraries_read_the_same_file_and_are_timed_as_often(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
