@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -167,7 +168,7 @@ def report(
     from bayestouch.data.files import path_of
     from bayestouch.output.files import new_folder
     from bayestouch.reporting.gather import GATHERED, gather
-    from bayestouch.reporting.writing import write_report
+    from bayestouch.reporting.writing import drafted, write_report
 
     require_progress(progress)
     if dataset is not None:
@@ -177,8 +178,9 @@ def report(
         raise InputError(f"diagnosis: expected True, False or the folder of a saved diagnosis, got {shown(diagnosis)}")
     wanted = diagnosis if isinstance(diagnosis, bool) else Path(diagnosis)
     with new_folder(output) as folder:
-        evidence = gather(
+        draft, diagnosed = gather(
             dataset,
+            partial(drafted, folder=folder),
             seed=seed,
             draws=draws,
             plug_in=plug_in,
@@ -187,7 +189,7 @@ def report(
             progress=progress,
         )
         writing = staged(progress, GATHERED, 1.0, "write the page")
-        numbers = write_report(evidence, folder)
+        numbers = write_report(draft, diagnosed, folder)
     if writing is not None:
         writing(1.0)
     return Report(output, numbers, tuple(output / figure["file"] for figure in numbers["figures"]))

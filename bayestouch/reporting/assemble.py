@@ -29,6 +29,11 @@ from bayestouch.version import __version__
 
 def report_numbers(evidence: Evidence) -> dict[str, Any]:
     """Content of ``report.json``, in public units: mm, degree, MPa, N/m on a finger, N on a pad."""
+    return with_diagnosis(numbers_without_diagnosis(evidence), evidence)
+
+
+def numbers_without_diagnosis(evidence: Evidence) -> dict[str, Any]:
+    """Content of ``report.json`` but for what a diagnosis changes: these numbers can be made before there is one."""
     pages = PAGES[evidence.sensor.body.kind]
     own = pages.numbers(evidence)
     numbers: dict[str, Any] = {
@@ -37,8 +42,6 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
             "seed": evidence.seed,
             "draws_per_touch": evidence.draws,
             "plug_in": evidence.plug_in,
-            "versions": versions(evidence),
-            "command": command(evidence),
         },
         "data": about_data(evidence),
         "calibration": about_calibration(evidence, own.peak),
@@ -52,13 +55,20 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
         },
         "checks": about_checks(evidence),
         "paper": own.paper,
+        "places": own.places,
+        "diagnosis": None,
+        "touches": about_touches(evidence),
+        "next_touches": about_next_touches(evidence.calibration),
     }
-    numbers["places"] = own.places
-    numbers["diagnosis"] = None if evidence.diagnosed is None else evidence.diagnosed.numbers
-    numbers["touches"] = about_touches(evidence)
-    numbers["next_touches"] = about_next_touches(evidence.calibration)
-    numbers = strict(numbers)
+    return dict(strict(numbers))
+
+
+def with_diagnosis(numbers: dict[str, Any], evidence: Evidence) -> dict[str, Any]:
+    """`report_numbers` from the numbers without the diagnosis of the evidence, and from the diagnosis if it has one."""
+    made = {"versions": versions(evidence), "command": command(evidence)}
+    diagnosis = None if evidence.diagnosed is None else strict(evidence.diagnosed.numbers)
+    numbers = {**numbers, "bayestouch": {**numbers["bayestouch"], **made}, "diagnosis": diagnosis}
     numbers["next"] = next_steps(evidence, numbers)
     said = {**answer(numbers), "verdict": short_answers(numbers)}
-    said["headline"] = headline(pages.headline(evidence), evidence)
+    said["headline"] = headline(PAGES[evidence.sensor.body.kind].headline(evidence), evidence)
     return {"answer": strict(said), **numbers}

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,18 +19,20 @@ from bayestouch.output.progress import Progress, Stage, staged
 from bayestouch.parallel.beside import both
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.checks import CALIBRATION_GROUPS, MOST_PREDICTED, TOUCH_GROUPS
-from bayestouch.reporting.diagnosed import light_diagnosis, saved_diagnosis
+from bayestouch.reporting.diagnosed import Diagnosed, light_diagnosis, saved_diagnosis
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import TouchPosteriors
 
+Draft = TypeVar("Draft")
 # Fractions of the total time, for the progress bar.
-_CALIBRATED, _READ, GATHERED = 0.25, 0.5, 0.9
+_CALIBRATED, _READ, _DRAFTED, GATHERED = 0.2, 0.35, 0.5, 0.95
 # Draws of a calibration and of a touch that `bayestouch.calibrate` and `bayestouch.report` make by default.
 _DRAWS, _DRAWS_OF_TOUCH = 1000, 1024
 
 
 def gather(
     dataset: DataSet | None,
+    draft: Callable[[Evidence], Draft],
     *,
     seed: int,
     draws: int,
@@ -38,13 +40,16 @@ def gather(
     diagnosis: bool | Path = False,
     baselines: bool = False,
     progress: Progress | None = None,
-) -> Evidence:
-    """Calibration and posteriors for a report, with a diagnosis if requested.
+) -> tuple[Draft, Diagnosed | None]:
+    """What a report makes of calibration and posteriors, and the diagnosis if requested.
 
     Parameters
     ----------
     dataset : DataSet or None
         Data set; None for the simulated finger of the package.
+    draft : callable
+        Function of the evidence without the diagnosis. It is called while the search for effects, which takes longest,
+        is still at work in another process.
     seed, draws, plug_in
         As in `bayestouch.infer`.
     diagnosis : bool or Path
@@ -74,17 +79,18 @@ def gather(
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, given) if isinstance(diagnosis, Path) else None
-    reads = partial(_read, dataset, embedded, truth, seed, draws, plug_in, progress)
-    if diagnosis is False:
-        return reads()
-    if saved is not None:
-        return replace(reads(), diagnosed=saved)
+
+    def reads() -> Draft:
+        evidence = _read(dataset, embedded, truth, seed, draws, plug_in, progress)
+        staged(progress, _READ, _DRAFTED, "draw the figures")
+        return draft(evidence)
+
+    if saved is not None or diagnosis is False:
+        return reads(), saved
     # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
     read = PAGES[dataset.sensor.body.kind].reads_held_out
     searches = partial(light_diagnosis, given, seed, read=read, baselines=baselines)
-    searching = None if progress is None else Stage(progress, _READ, GATHERED, "diagnose")
-    evidence, made = both(reads, searches, searching)
-    return replace(evidence, diagnosed=made)
+    return both(reads, searches, None if progress is None else Stage(progress, _DRAFTED, GATHERED, "diagnose"))
 
 
 def calibration_draws(draws: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,12 @@ from typing import Any
 from bayestouch.output.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.output.pictures import Picture
 from bayestouch.parallel.beside import both
-from bayestouch.reporting.assemble import report_numbers
+from bayestouch.reporting.assemble import numbers_without_diagnosis, with_diagnosis
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_pictures import calibration_pictures
 from bayestouch.reporting.check_pictures import check_pictures
 from bayestouch.reporting.corner_pictures import element_corner, touch_corners
+from bayestouch.reporting.diagnosed import Diagnosed
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.live import Live, live_figures
 from bayestouch.reporting.page import render
@@ -21,24 +23,52 @@ from bayestouch.reporting.trust_pictures import trust_pictures
 from bayestouch.results.files import save_calibration, save_touches, without_requested
 
 
-def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
-    """Write every file of a report to an existing folder; the content of ``report.json`` is returned."""
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A report but for its diagnosis.
+
+    Attributes
+    ----------
+    evidence : Evidence
+        What it is made of, without touches that have no reading.
+    numbers : dict
+        Result of `numbers_without_diagnosis`.
+    pictures : tuple of Picture
+        Figures, without those of the diagnosis.
+    live : Live
+        Interactive figures.
+    """
+
+    evidence: Evidence
+    numbers: dict[str, Any]
+    pictures: tuple[Picture, ...]
+    live: Live
+
+
+def drafted(evidence: Evidence, folder: Path) -> Draft:
+    """All of a report that needs no diagnosis; calibration and touches are written to an existing folder."""
     read = evidence.of_read_touches()
-    numbers = report_numbers(read)
+    numbers = numbers_without_diagnosis(read)
     pictures, live = both(
         partial(report_pictures, read, numbers), lambda tell: _saved_and_live(evidence, numbers, folder)
     )
+    return Draft(read, numbers, pictures, live)
+
+
+def write_report(draft: Draft, diagnosed: Diagnosed | None, folder: Path) -> dict[str, Any]:
+    """Write the rest of a report to the folder of its draft; the content of ``report.json`` is returned."""
+    numbers = with_diagnosis(draft.numbers, replace(draft.evidence, diagnosed=diagnosed))
+    pictures = (*draft.pictures, *(() if diagnosed is None else diagnosed.pictures))
     numbers["figures"] = [picture.described for picture in pictures]
     write_pictures(folder, pictures)
     write_numbers(folder / NUMBERS, numbers)
-    write_text(folder / PAGE, render(numbers, pictures, live))
+    write_text(folder / PAGE, render(numbers, pictures, draft.live))
     return numbers
 
 
 def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
-    """All figures that are possible with the data, in the order of the page."""
+    """All figures that are possible with the data, in the order of the page, where those of a diagnosis follow."""
     pages = PAGES[evidence.sensor.body.kind]
-    diagnosed = () if evidence.diagnosed is None else evidence.diagnosed.pictures
     return (
         pages.sensor_picture(evidence, numbers),
         *calibration_pictures(evidence),
@@ -47,7 +77,6 @@ def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Pictur
         *trust_pictures(evidence),
         *check_pictures(numbers),
         *touch_corners(evidence),
-        *diagnosed,
     )
 
 

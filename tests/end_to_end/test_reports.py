@@ -28,7 +28,7 @@ from bayestouch.reporting.corner_pictures import touch_corners
 from bayestouch.reporting.gather import gather
 from bayestouch.reporting.page import render
 from bayestouch.reporting.trust_pictures import trust_pictures
-from bayestouch.reporting.writing import report_pictures, write_report
+from bayestouch.reporting.writing import drafted, report_pictures, write_report
 
 NAME = 'finger <script>alert("1")</script> & Söhne'
 
@@ -185,7 +185,7 @@ def test_default_report_has_truth_and_paper(tmp_path: Path, monkeypatch: pytest.
 def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
     output = tmp_path / "out"
     with new_folder(output) as folder:
-        numbers = write_report(pad_evidence(LINE), folder)
+        numbers = write_report(drafted(pad_evidence(LINE), folder), None, folder)
     pad_report = Report(output, numbers, tuple(output / figure["file"] for figure in numbers["figures"]))
     check_every_report(pad_report, simulated=True)
     numbers = strict_json(pad_report.path / "report.json")
@@ -236,7 +236,9 @@ def test_without_references_the_report_says_so() -> None:
     dataset = small(FINGER).dataset
     unknown = np.full(dataset.touches.n_rows, np.nan)
     touches = dataset.touches.with_(angle_deg=None, indenter_radius_mm=unknown, load=unknown)
-    blind_evidence = gather(replace(dataset, touches=touches), seed=0, draws=128, plug_in=True)
+    blind_evidence, _ = gather(
+        replace(dataset, touches=touches), lambda evidence: evidence, seed=0, draws=128, plug_in=True
+    )
     numbers = report_numbers(blind_evidence)
     pictures = report_pictures(blind_evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]

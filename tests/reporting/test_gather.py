@@ -1,14 +1,16 @@
-"""Computations for a report: how many draws they keep."""
+"""Computations for a report: how many draws they keep, and what is made while effects are searched for."""
 
 from __future__ import annotations
 
+import time
+from pathlib import Path
 from typing import Any
 
 import pytest
 from report_cases import LINE, small
 
 import bayestouch
-from bayestouch.reporting.gather import gather
+from bayestouch.reporting import gather as gathering
 
 
 class _Enough(Exception):
@@ -28,7 +30,7 @@ def test_more_draws_are_more_of_the_calibration_too(
 
     monkeypatch.setattr("bayestouch.calibration.calibrate", calibrate)
     with pytest.raises(_Enough):
-        gather(small(LINE).dataset, seed=0, draws=of_touch, plug_in=False)
+        gathering.gather(small(LINE).dataset, lambda evidence: evidence, seed=0, draws=of_touch, plug_in=False)
     assert asked["draws"] == of_calibration
 
 
@@ -37,3 +39,24 @@ def test_the_ratio_is_that_of_the_defaults() -> None:
 
     defaults = [signature(each).parameters["draws"].default for each in (bayestouch.calibrate, bayestouch.report)]
     assert defaults == [1000, 1024]
+
+
+def test_the_report_is_drafted_while_effects_are_searched_for(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The draft needs no diagnosis: the search, which takes longest, need not end before it."""
+    drafted = tmp_path / "drafted"
+
+    def search(*_: Any, **options: Any) -> bool:
+        for _ in range(500):
+            if drafted.exists():
+                return True
+            time.sleep(0.02)
+        return False
+
+    def draft(evidence: str) -> str:
+        drafted.touch()
+        return f"draft of {evidence}"
+
+    monkeypatch.setattr(gathering, "_read", lambda *_: "what was read")
+    monkeypatch.setattr(gathering, "light_diagnosis", search)
+    made = gathering.gather(small(LINE).dataset, draft, seed=0, draws=64, plug_in=False, diagnosis=True)
+    assert made == ("draft of what was read", True)

@@ -15,7 +15,7 @@ from report_cases import FINGER, LINE, PLANE, pad_evidence, small
 
 import bayestouch
 from bayestouch.output.files import new_folder
-from bayestouch.reporting.writing import write_report
+from bayestouch.reporting.writing import drafted, write_report
 from bayestouch.simulation import PadDesign
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra dev)")
@@ -76,7 +76,7 @@ def folders(made_once: Callable[[str, Callable[[Path], object]], Path]) -> dict[
 
     def of_pad(design: PadDesign, path: Path) -> None:
         with new_folder(path) as folder:
-            write_report(pad_evidence(design), folder)
+            write_report(drafted(pad_evidence(design), folder), None, folder)
 
     of = {
         "finger": lambda path: bayestouch.report(small(FINGER).dataset, path, draws=128, diagnosis=False),
