@@ -29,11 +29,11 @@ from bayestouch.version import __version__
 
 def report_numbers(evidence: Evidence) -> dict[str, Any]:
     """Content of ``report.json``, in public units: mm, degree, MPa, N/m on a finger, N on a pad."""
-    return with_diagnosis(numbers_without_diagnosis(evidence), evidence)
+    return with_diagnosis(with_checks(numbers_of_touches(evidence), about_checks(evidence)), evidence)
 
 
-def numbers_without_diagnosis(evidence: Evidence) -> dict[str, Any]:
-    """Content of ``report.json`` but for what a diagnosis changes: these numbers can be made before there is one."""
+def numbers_of_touches(evidence: Evidence) -> dict[str, Any]:
+    """Content of ``report.json`` but for the checks and what a diagnosis changes, which can be made at another time."""
     pages = PAGES[evidence.sensor.body.kind]
     own = pages.numbers(evidence)
     numbers: dict[str, Any] = {
@@ -53,7 +53,7 @@ def numbers_without_diagnosis(evidence: Evidence) -> dict[str, Any]:
             "convergence": convergence(evidence.posteriors),
             "calibration_convergence": calibration_convergence(evidence.calibration),
         },
-        "checks": about_checks(evidence),
+        "checks": None,
         "paper": own.paper,
         "places": own.places,
         "diagnosis": None,
@@ -63,8 +63,13 @@ def numbers_without_diagnosis(evidence: Evidence) -> dict[str, Any]:
     return dict(strict(numbers))
 
 
+def with_checks(numbers: dict[str, Any], checks: dict[str, Any]) -> dict[str, Any]:
+    """The numbers with those of `about_checks`."""
+    return {**numbers, "checks": strict(checks)}
+
+
 def with_diagnosis(numbers: dict[str, Any], evidence: Evidence) -> dict[str, Any]:
-    """`report_numbers` from the numbers without the diagnosis of the evidence, and from the diagnosis if it has one."""
+    """`report_numbers` from those without a diagnosis, and from that of the evidence if it has one."""
     made = {"versions": versions(evidence), "command": command(evidence)}
     diagnosis = None if evidence.diagnosed is None else strict(evidence.diagnosed.numbers)
     numbers = {**numbers, "bayestouch": {**numbers["bayestouch"], **made}, "diagnosis": diagnosis}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -77,6 +78,19 @@ def corner_columns(names: Sequence[str], draws: Mapping[str, FloatArray], index:
         values = draws[name]
         columns.append(values[..., index].ravel() if values.ndim == 3 else values.ravel())
     return np.stack(columns, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Corner plots of a report: of the element in the middle, and of single touches."""
+
+    element: tuple[Picture, ...]
+    touches: tuple[Picture, ...]
+
+    @classmethod
+    def of(cls, evidence: Evidence) -> Corners:
+        """All corner plots that are possible with the data."""
+        return cls(tuple(element_corner(evidence)), tuple(touch_corners(evidence)))
 
 
 def touch_corners(evidence: Evidence) -> Iterator[Picture]:

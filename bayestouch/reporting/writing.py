@@ -10,11 +10,12 @@ from typing import Any
 from bayestouch.output.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.output.pictures import Picture
 from bayestouch.parallel.beside import both
-from bayestouch.reporting.assemble import numbers_without_diagnosis, with_diagnosis
+from bayestouch.reporting.assemble import numbers_of_touches, with_checks, with_diagnosis
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_pictures import calibration_pictures
 from bayestouch.reporting.check_pictures import check_pictures
-from bayestouch.reporting.corner_pictures import element_corner, touch_corners
+from bayestouch.reporting.checks import about_checks
+from bayestouch.reporting.corner_pictures import Corners
 from bayestouch.reporting.diagnosed import Diagnosed
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.live import Live, live_figures
@@ -32,7 +33,7 @@ class Draft:
     evidence : Evidence
         What it is made of, without touches that have no reading.
     numbers : dict
-        Result of `numbers_without_diagnosis`.
+        Content of ``report.json`` but for what a diagnosis changes.
     pictures : tuple of Picture
         Figures, without those of the diagnosis.
     live : Live
@@ -48,9 +49,13 @@ class Draft:
 def drafted(evidence: Evidence, folder: Path) -> Draft:
     """All of a report that needs no diagnosis; calibration and touches are written to an existing folder."""
     read = evidence.of_read_touches()
-    numbers = numbers_without_diagnosis(read)
+    # Both the checks and the corner plots load ArviZ, which takes seconds: no other process does.
+    numbers, (checks, corners) = both(
+        partial(numbers_of_touches, read), lambda tell: (about_checks(read), Corners.of(read))
+    )
+    numbers = with_checks(numbers, checks)
     pictures, live = both(
-        partial(report_pictures, read, numbers), lambda tell: _saved_and_live(evidence, numbers, folder)
+        partial(report_pictures, read, numbers, corners), lambda tell: _saved_and_live(evidence, numbers, folder)
     )
     return Draft(read, numbers, pictures, live)
 
@@ -66,17 +71,17 @@ def write_report(draft: Draft, diagnosed: Diagnosed | None, folder: Path) -> dic
     return numbers
 
 
-def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
+def report_pictures(evidence: Evidence, numbers: dict[str, Any], corners: Corners) -> tuple[Picture, ...]:
     """All figures that are possible with the data, in the order of the page, where those of a diagnosis follow."""
     pages = PAGES[evidence.sensor.body.kind]
     return (
         pages.sensor_picture(evidence, numbers),
         *calibration_pictures(evidence),
-        *element_corner(evidence),
+        *corners.element,
         *pages.pictures(evidence, numbers),
         *trust_pictures(evidence),
         *check_pictures(numbers),
-        *touch_corners(evidence),
+        *corners.touches,
     )
 
 

@@ -23,8 +23,8 @@ from bayestouch.output.files import new_folder
 from bayestouch.output.text import number
 from bayestouch.paper.published import TABLE_3
 from bayestouch.reporting import Report
-from bayestouch.reporting.assemble import report_numbers
-from bayestouch.reporting.corner_pictures import touch_corners
+from bayestouch.reporting.assemble import report_numbers, with_diagnosis
+from bayestouch.reporting.corner_pictures import Corners, touch_corners
 from bayestouch.reporting.gather import gather
 from bayestouch.reporting.page import render
 from bayestouch.reporting.trust_pictures import trust_pictures
@@ -208,10 +208,13 @@ def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
     assert "location_bias" in names and "estimate_by_location" not in names
 
 
-def test_plane_numbers_and_pictures() -> None:
+def test_plane_numbers_and_pictures(tmp_path: Path) -> None:
     plane_evidence = pad_evidence(PLANE)
     numbers = report_numbers(plane_evidence)
-    pictures = report_pictures(plane_evidence, numbers)
+    pictures = report_pictures(plane_evidence, numbers, Corners.of(plane_evidence))
+    # The parts of a draft are made in several processes and before the diagnosis, with the same result.
+    draft = drafted(plane_evidence, tmp_path)
+    assert with_diagnosis(draft.numbers, plane_evidence) == numbers and draft.pictures == pictures
     numbers["figures"] = [picture.described for picture in pictures]
     posteriors = plane_evidence.posteriors
     error = np.stack([posteriors.mean(axis) - posteriors.reference[axis] for axis in "xy"])
@@ -240,7 +243,7 @@ def test_without_references_the_report_says_so() -> None:
         replace(dataset, touches=touches), lambda evidence: evidence, seed=0, draws=128, plug_in=True
     )
     numbers = report_numbers(blind_evidence)
-    pictures = report_pictures(blind_evidence, numbers)
+    pictures = report_pictures(blind_evidence, numbers, Corners.of(blind_evidence))
     numbers["figures"] = [picture.described for picture in pictures]
     text = "".join(Page(render(numbers, pictures)).text)
     assert {picture.name for picture in pictures}.isdisjoint({"coverage", "all_tips", "estimate_by_location"})
