@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.choice import indistinguishable_from, most_probable
 from bayestouch.diagnosis.comparison import (
     density,
@@ -22,12 +23,13 @@ from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.kinds import of_noise
 from bayestouch.model.candidates import Candidate, score_effects, score_in_form
-from bayestouch.model.correction import fit_correction
+from bayestouch.model.correction import Correction, fit_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise_search import score_noise
 from bayestouch.model.noise_together import join_noise
 from bayestouch.model.significance import at_least_one
 from bayestouch.output.progress import Progress, tell
+from bayestouch.parallel.beside import both
 
 # Fractions of a round's time at the end of scoring, of refitting and of the correction; looser forms follow.
 SCORED, REFITTED, CORRECTED = 0.25, 0.8, 0.85
@@ -66,10 +68,11 @@ def one_round(
         tell(progress, SCORED + part * number, stages[number])
 
     refitting(0)
-    again = refit_all(fitted, leading, before, least, scheduler, refitting)
+    again, (correction, correction_gain, correction_se, in_place) = both(
+        lambda: refit_all(fitted, leading, before, least, scheduler, refitting),
+        lambda tell: _in_place(fitted, before["times"]),
+    )
     refitted = {each.effect.name: each for each in again}
-    correction = fit_correction(fitted)
-    correction_gain, correction_se, in_place = gained_in_place(fitted, correction, before["times"])
     possible = max(correction_gain, fitted.excess, least)
     tried = []
     for c in scored:
@@ -111,6 +114,12 @@ def one_round(
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
     return replace(whole, tried=tuple(tried), added=added, real=others, place_or_time=faced)
+
+
+def _in_place(fitted: Fitted, before: FloatArray) -> tuple[Correction | None, float, float, Densities | None]:
+    """Functions of place for a model, and what `gained_in_place` says of them."""
+    correction = fit_correction(fitted)
+    return correction, *gained_in_place(fitted, correction, before)
 
 
 def _imitating_place(fitted: Fitted, tried: list[Tried], places: Densities | None) -> list[PlaceOrTime]:

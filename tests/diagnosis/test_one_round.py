@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,6 +18,7 @@ from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.output.progress import Bar
+from bayestouch.parallel.processes import cores
 
 
 class Hum(NoiseEffect):
@@ -116,6 +120,35 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [each.fitted is not None for each in found.tried] == [True, True, False, False, True, False]
     assert [each.effect.name for each in found.real] == ["a", "b", "d"]
     np.testing.assert_allclose([each.share for each in found.tried[:4]], [80 / 93, 70 / 93, 60 / 93, 5 / 93])
+
+
+@dataclass
+class Placed:
+    """Functions of place that leave a file where they are used."""
+
+    made: Path
+
+    @property
+    def linear(self) -> None:
+        self.made.touch()
+
+
+@pytest.mark.skipif(cores(None) < 2, reason="on one core all is done in turn")
+def test_functions_of_place_are_fitted_beside_the_candidates(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What they gain is there before the last candidate is refitted."""
+    made, there = tmp_path / "made", list[bool]()
+
+    def progress(done: float) -> None:
+        if done == pytest.approx(0.8):
+            for _ in range(500):
+                if made.exists():
+                    break
+                time.sleep(0.02)
+            there.append(made.exists())
+
+    refitted = {"a": priced("a", 9.0, gain=90.0, of_means=80.0)}
+    found, _ = scored_round(monkeypatch, [candidate("a")], refitted, [], Placed(made), progress)
+    assert there == [True] and found.correction_gain == 93.0
 
 
 @pytest.mark.parametrize("probable", ["b", None])
