@@ -286,7 +286,9 @@ def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Ca
     else:
         shared = slice(3 * calibration.sensor.n_elements, None)
         identified = identify_beside_effects(fit, calibration.noise, calibration.covariance[shared, shared])
-    lack_of_fit = float(np.nanmean(identified.lack_of_fit))
+    # Nothing is known of the fit of an element without readings.
+    read = (calibration.rows.counts > 0).any(axis=0)
+    lack_of_fit = float(np.mean(identified.lack_of_fit[read]))
     notes = calibration.notes
     if lack_of_fit > 1.5:
         notes += (

@@ -176,7 +176,7 @@ def fit_statistics(fitted: Fitted, rows: TouchRows, spread: Noise) -> dict[str, 
     error = np.sqrt(np.nanmean((rows.observed - rows.predicted)[:, alive] ** 2, axis=0)) / peak[alive]
     return {
         "touches": float(model.known.n_touches),
-        "lack_of_fit": fitted.chi_square() / max(int((counts > 0).sum()) - model.n_base, 1),
+        "lack_of_fit": fitted.chi_square() / max(int((counts > 0).sum()) - model.layout.n_determined(counts > 0), 1),
         "error_percent_peak": float(100 * error.mean()),
         "noise_percent_peak": float(100 * (spread.tactile_sd / peak)[alive].mean()),
     }

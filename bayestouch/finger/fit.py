@@ -275,7 +275,8 @@ def _lack_of_fit(likelihood: FingerLikelihood, vector: FloatArray) -> float:
     )
     bare[layout.log_discrepancy] = -np.inf
     _, slope = likelihood.predicted(vector[: layout.n_chain])
-    spread, left, spent = likelihood.standard_errors(bare), _left(likelihood, vector), float(layout.n_chain)
+    spread, left = likelihood.standard_errors(bare), _left(likelihood, vector)
+    spent = float(layout.n_determined(~known.missing))
     errors = _errors_with_places(likelihood, bare)
     if errors is None or likelihood.at_places is None:
         z = likelihood.whiten(left, slope, spread)

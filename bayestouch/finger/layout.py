@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.priors.parameters import LogNormal, LogStudentT, Normal, Prior, StudentT
 
 
@@ -45,6 +45,10 @@ class FlatLayout:
     def n_base(self) -> int:
         """Number of coordinates of the chain without effects."""
         return 3 * self.n_elements + 2
+
+    def n_determined(self, present: BoolArray) -> int:
+        """Number of the coordinates `n_base` on which the readings that are `present` (t, m) depend."""
+        return self.n_base - 3 * int((~present).all(axis=0).sum())
 
     @property
     def n_chain(self) -> int:

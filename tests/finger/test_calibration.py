@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 import bayestouch
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Finger
+from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.finger.calibration import _noise_notes
 from bayestouch.finger.density import FingerDensity
@@ -91,6 +92,20 @@ def test_posterior_covers_the_truth(calibration: bayestouch.Calibration) -> None
     assert calibration.statistics["rhat"] < 1.02
     # 58 touches x 7 elements, less 23 parameters: the mean square scatters by sqrt(2/465)
     assert calibration.statistics["lack_of_fit"] == pytest.approx(1, abs=5 * np.sqrt(2 / 465))
+
+
+@pytest.mark.parametrize("model", [None, StatedModel("finger", "layer", (("load_offset", {}),))])
+def test_elements_without_readings_spend_no_parameters_in_the_lack_of_fit(model: StatedModel | None) -> None:
+    """Two of seven dead: as a finger of five. Six more parameters of 69 x 5 readings would make it 2 % larger."""
+    table, read = known_touches(1), [0, 1, 3, 4, 6]
+    dead = np.where(np.isin(np.arange(len(ANGLES)), read), table.readings, np.nan)
+    five = replace(sensor(), body=Finger(9.4, 12.7, 9.9, tuple(ANGLES[e] for e in read)))
+    few = table.with_(readings=table.readings[:, read])
+    found, expected = (
+        bayestouch.calibrate(data, model=model, discrepancy="touch", draws=8).statistics["lack_of_fit"]
+        for data in (dataset(table.with_(readings=dead)), DataSet(five, few, few))
+    )
+    assert found == pytest.approx(expected, rel=1e-3)
 
 
 def test_few_draws_that_are_kept_do_not_change_what_touches_are_read_with() -> None:

@@ -48,3 +48,14 @@ def test_a_smooth_property_of_place_is_taken_up_by_the_map() -> None:
     found = identified(bayestouch.simulate(DESIGN, effects={"soft_spot": 0.3}, seed=1).dataset)
     assert found.statistics["lack_of_fit"] > 1.5 > found.statistics["lack_of_fit_empirical"]
     assert notes_on_the_map(found) == []
+
+
+def test_an_element_without_readings_is_not_in_the_lack_of_fit_of_the_map() -> None:
+    """With one of six dead the mean is that of five elements that fit: about 1. The prior alone has a mean of 20."""
+    dataset = bayestouch.simulate(DESIGN, seed=1).dataset
+    table = dataset.calibration
+    assert table is not None
+    readings = np.where(np.arange(6) == 2, np.nan, table.readings)
+    found = identified(replace(dataset, calibration=replace(table, readings=readings)))
+    assert found.statistics["lack_of_fit_empirical"] < 1.3
+    assert notes_on_the_map(found) == []

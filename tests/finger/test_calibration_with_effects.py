@@ -70,8 +70,7 @@ def test_error_and_noise_are_shares_of_the_peaks_of_elements_that_are_read(monke
     )
     model = SimpleNamespace(
         known=SimpleNamespace(n_touches=2),
-        n_base=0,
-        layout=SimpleNamespace(response=slice(0, 3)),
+        layout=SimpleNamespace(response=slice(0, 3), n_determined=lambda present: int(present.sum()) - 2),
         reference_load=10.0,
     )
     monkeypatch.setattr("bayestouch.finger.calibration_with_effects.finger_model", lambda model: model)
@@ -79,7 +78,7 @@ def test_error_and_noise_are_shares_of_the_peaks_of_elements_that_are_read(monke
     found = fit_statistics(fitted, rows, Noise(np.array([1.0, 4.0, 100.0]), np.zeros(3), 0.0, 0.0))
     assert found["error_percent_peak"] == pytest.approx(5.0)
     assert found["noise_percent_peak"] == pytest.approx(100 * (1 / 20 + 4 / 40) / 2)
-    assert found["lack_of_fit"] == pytest.approx(6 / 4)
+    assert found["lack_of_fit"] == pytest.approx(6 / (4 - 2))
 
 
 @pytest.mark.slow
