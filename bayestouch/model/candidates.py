@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatch
 from itertools import product
@@ -80,7 +80,7 @@ def _scored(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate | None:
 def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
     """Best signature of an effect: the difference between the predictions at a probe and at null amplitude."""
     changes_at = _changes(effect, fitted)
-    best: tuple[float, Values, Score] | None = None
+    best: tuple[float, Values, Score, int] | None = None
     for probe in effect.probes:
         changes = changes_at(probe)
         raw = np.stack([each.touches for each in changes])
@@ -88,10 +88,9 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
         score = scorer(fitted.whitening.touches(raw), None if samples is None else fitted.whitening.samples(samples))
         chi_square = _allowed(effect, score)
         if best is None or chi_square > best[0]:
-            best = (chi_square, probe, score)
+            best = (chi_square, probe, score, _read(changes, score))
     assert best is not None
-    chi_square, probe, score = best
-    count = len(effect.amplitudes)
+    chi_square, probe, score, count = best
     amplitude = score.estimate(1e-6 * score.raw)
     start = list(probe)
     for place, i in enumerate(effect.amplitudes):
@@ -102,7 +101,7 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
             estimate = null + amplitude[place] * (probe[i] - null)
             start[i] = float(np.clip(estimate, max(low, null - reach), min(high, null + reach)))
     z = normal_score(chi_square, count)
-    if count == 1 and score.slope[0] < 0:
+    if len(effect.amplitudes) == 1 and score.slope[0] < 0:
         z = -z
     return Candidate(
         effect=effect,
@@ -112,6 +111,12 @@ def _of_form(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate:
         gain=0.5 * chi_square - 0.5 * count * np.log(max(float(fitted.model.known.n_touches), 2.0)),
         seen=score.seen,
     )
+
+
+def _read(changes: Sequence[Predicted], score: Score) -> int:
+    """Number of amplitudes, at least one, without those that change nothing but elements without readings."""
+    moved = [each.touches.any() or (each.samples is not None and each.samples.any()) for each in changes]
+    return max(len(changes) - int((np.array(moved) & (score.raw == 0)).sum()), 1)
 
 
 def _changes(effect: Effect, fitted: Fitted) -> Callable[[Values], list[Predicted]]:

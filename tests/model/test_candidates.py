@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -179,6 +179,32 @@ def test_signature_of_values_that_act_through_a_basis() -> None:
 
     (found,) = score_effects(fitted([3.0, 12.0, 27.0]), (Moved(),))
     assert found.start == pytest.approx((3.0, 1.0), rel=2e-6)
+
+
+def test_an_amplitude_of_a_dead_element_is_no_degree_of_freedom() -> None:
+    """Each element has an amplitude of its own, the second no readings: the score is that of the first alone."""
+
+    class Each(Effect):
+        name, stage, summary = "each", "readout", ""
+        parameters = tuple(parameter(name, Uniform(-10.0, 10.0), (0.5,), 0.0) for name in ("one", "two"))
+
+        def looser(self, n_elements: int) -> None:
+            return None
+
+    class Two(Model):
+        def with_effects(self, effects: tuple[Effect, ...]) -> Two:
+            return Two(effects)
+
+        def predict(self, vector: np.ndarray) -> Predicted:
+            return Predicted(np.array([[1.0], [4.0], [9.0]]) * vector, None)
+
+    dead = fitted([3.0, 12.0, 27.0])
+    dead.linear = replace(dead.linear, residual=dead.linear.residual * [1.0, 0.0], jacobian=np.zeros((6, 1)))
+    dead.model, dead.whitening.touches = Two(), lambda rows: rows * [1.0, 0.0]
+    (found,) = score_effects(dead, (Each(),))
+    chi_square = 147**2 / 24.5
+    assert found.gain == pytest.approx(0.5 * chi_square - 0.5 * np.log(3), rel=1e-6)
+    assert found.z == pytest.approx(np.sqrt(chi_square), rel=1e-6)
 
 
 def test_gains_are_in_order() -> None:
