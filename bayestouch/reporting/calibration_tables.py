@@ -124,8 +124,11 @@ def parameter_rows(evidence: Evidence) -> list[dict[str, Any]]:
     calibration = evidence.calibration
     for name, draws in calibration.posterior.items():
         symbol, unit, prior, meaning = describe(calibration, name)
-        mean, sd = draws.mean(axis=(0, 1)), draws.std(axis=(0, 1))
         true = evidence.truth.get(name)
+        if draws.ndim > 2:
+            draws = calibration.of_elements_read(draws)
+            true = None if true is None else calibration.of_elements_read(np.asarray(true))
+        mean, sd = draws.mean(axis=(0, 1)), draws.std(axis=(0, 1))
         rows.append(
             {
                 "name": name,

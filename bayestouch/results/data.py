@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
-from bayestouch.data.arrays import quantiles
+from bayestouch.data.arrays import quantiles, responding
 from bayestouch.data.sensor import Sensor
 from bayestouch.errors import InputError, few, nearest, not_a, number_array
 from bayestouch.output.summary import Summarised
@@ -110,6 +110,16 @@ class CalibrationData(Summarised):
         given = {REST_READING: rest, REST_READS: reads}
         kept = {name: values for name, values in self.extra.items() if name not in given}
         return replace(self, extra={**kept, **{name: values for name, values in given.items() if values is not None}})
+
+    def of_elements_read(self, values: FloatArray) -> FloatArray:
+        """Values or draws (..., m) of the elements that respond in the calibration touches; all if none does.
+
+        Of the other elements nothing but the prior is known, which would be most of a mean or a range. Values of a
+        parameter that all elements share are returned as they are.
+        """
+        read = responding(self.rows.observed)
+        by_element = values.shape[-1:] == read.shape and bool(read.any())
+        return values[..., read] if by_element else values
 
     @property
     def has_identified_map(self) -> bool:

@@ -41,7 +41,8 @@ def _parameter(calibration: CalibrationData, parameter: Parameter) -> str:
         return ""
     draws = np.asarray(calibration.posterior[parameter.name])
     each = draws.reshape(-1, *draws.shape[2:])
-    mean, sd, unit = each.mean(axis=0), float(np.median(each.std(axis=0))), f" {parameter.unit}".rstrip()
+    mean, sds = (calibration.of_elements_read(values) for values in (each.mean(axis=0), each.std(axis=0)))
+    sd, unit = float(np.median(sds)), f" {parameter.unit}".rstrip()
     if mean.ndim == 0:
         return f"{parameter.symbol} {plus_minus(float(mean), sd)}{unit}"
     return f"{parameter.symbol}{span(mean)}{unit} (± {number(sd, 2)})"

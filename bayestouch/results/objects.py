@@ -97,7 +97,8 @@ class Calibration(CalibrationData):
         pandas.DataFrame
             Index ``parameter``; ``symbol``, ``unit``, posterior ``mean`` and ``sd``, ``lowest``, ``highest``, ``prior``
             and ``meaning``. Of a parameter with a value for each element: the mean of the elements' means, the median
-            of their sds, and the lowest and highest mean, which are NaN of others. `to_dataframe` has every element.
+            of their sds, and the lowest and highest mean, which are NaN of others. Elements without readings are left
+            out. `to_dataframe` has every element.
         """
         from bayestouch.results.tables import parameter_table
 

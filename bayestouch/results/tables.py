@@ -40,7 +40,7 @@ def parameter_table(calibration: CalibrationData) -> DataFrame:
     rows = {}
     for name, (symbol, unit, meaning, prior) in described(calibration).items():
         draws = np.asarray(calibration.posterior[name])
-        mean, sd = draws.mean(axis=(0, 1)), draws.std(axis=(0, 1))
+        mean, sd = (calibration.of_elements_read(each) for each in (draws.mean(axis=(0, 1)), draws.std(axis=(0, 1))))
         by_element = bool(mean.ndim)
         rows[name] = {
             "symbol": symbol,

@@ -224,6 +224,22 @@ def test_one_row_a_parameter() -> None:
     assert "counts/strain" in made._repr_html_()
 
 
+def test_means_and_ranges_are_those_of_elements_with_readings() -> None:
+    """An element that was never read has the draws of its prior: here a depth of 90 mm ± 30."""
+    made = calibration()
+    observed, draws = made.rows.observed.copy(), made.posterior["r_s"].copy()
+    observed[:, 1], draws[:, :, 1] = np.nan, np.random.default_rng(0).normal(90.0, 30.0, draws.shape[:2])
+    dead = replace(made, rows=replace(made.rows, observed=observed), posterior={**made.posterior, "r_s": draws})
+    others = np.delete(draws, 1, axis=2)
+    row = dead.summary().loc["r_s"]
+    assert row["mean"] == pytest.approx(others.mean(), rel=1e-12)
+    assert row["sd"] == pytest.approx(np.median(others.std(axis=(0, 1))), rel=1e-12)
+    assert row["highest"] == others.mean(axis=(0, 1)).max()
+    (line,) = (each for each in repr(dead).splitlines() if "r_s from" in each)
+    assert "90" not in line.split("r_s from")[1].split("mm")[0]
+    assert len(dead.to_dataframe().query("parameter == 'r_s'")) == draws.shape[2]
+
+
 @pytest.mark.parametrize("width", [50, 80, 200])
 def test_every_column_is_printed(
     posteriors: bayestouch.TouchPosteriors, monkeypatch: pytest.MonkeyPatch, width: int
