@@ -160,12 +160,12 @@ def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
         vector[prior.layout.n_chain :] = shape.mean
         used_prior, likelihood = likelihood.prior, likelihood.with_prior_about(vector)
         before, spread = spread, likelihood.standard_errors(vector)
-        # A change of the errors by 2 % is negligible for a proposal.
-        settled = all(np.allclose(getattr(spread, n), getattr(before, n), rtol=0.02) for n in ("sd", "load_sd"))
+        # A change of the errors by 2 % is negligible for a proposal, in whatever unit: readings may be farads.
+        settled = all(np.allclose(getattr(spread, n), getattr(before, n), rtol=0.02, atol=0) for n in ("sd", "load_sd"))
         settled &= np.allclose(likelihood.prior.spread, used_prior.spread, rtol=0.02)
         if unmeasured.any():
             moved = _estimated_loads(likelihood, vector)
-            settled &= np.allclose(moved, likelihood.known.load, rtol=1e-3)
+            settled &= np.allclose(moved, likelihood.known.load, rtol=1e-3, atol=0)
             likelihood = likelihood.with_known(replace(likelihood.known, load=moved))
         if settled:
             break

@@ -94,6 +94,17 @@ def test_posterior_covers_the_truth(calibration: bayestouch.Calibration) -> None
     assert calibration.statistics["lack_of_fit"] == pytest.approx(1, abs=5 * np.sqrt(2 / 465))
 
 
+def test_the_fit_of_readings_in_a_small_unit_goes_on_until_its_errors_settle() -> None:
+    """Readings of 1e-12, as of farads: the same finger. A change of errors by 1e-8 ended the fit after one round."""
+    table, priors = known_touches(1), FingerPriors.of(sensor())[0]
+    counts, farads = (
+        fit_finger(table.with_(readings=unit * table.readings).averaged(), sensor().body, priors)[0]
+        for unit in (1.0, 1e-15)
+    )
+    np.testing.assert_allclose(farads.chain.shear_modulus_MPa, counts.chain.shear_modulus_MPa, rtol=1e-8)
+    np.testing.assert_allclose(farads.chain.response, 1e-15 * counts.chain.response, rtol=1e-8)
+
+
 @pytest.mark.parametrize("model", [None, StatedModel("finger", "layer", (("load_offset", {}),))])
 def test_elements_without_readings_spend_no_parameters_in_the_lack_of_fit(model: StatedModel | None) -> None:
     """Two of seven dead: as a finger of five. Six more parameters of 69 x 5 readings would make it 2 % larger."""
