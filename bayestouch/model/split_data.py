@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.grouping import first_of, groups
+from bayestouch.data.grouping import beginnings, first_of, groups
 from bayestouch.data.loads import loads_vary
 from bayestouch.data.splits import with_calibration
 from bayestouch.data.touches import Touches, numbered
@@ -204,7 +204,8 @@ class SplitData:
         size = max(2, int(known.sum()) // BLOCKS) if body.scanned else 1
         held = np.zeros(len(known), dtype=bool)
         if known.sum() >= ENOUGH_CALIBRATION:
-            turns = np.arange(known.sum()) // size if body.scanned else _turns(table, known)
+            begin = beginnings(clock.time_s, table.in_contact, group, len(known))
+            turns = _rank(begin[known]) // size if body.scanned else _turns(table, known)
             held[known] = turns % 4 == fold
         training = (known & ~held)[group]
         if not training.any():
@@ -355,6 +356,11 @@ def joined_tables(*tables: Touches) -> Touches:
 def without_dead(table: Touches) -> Touches:
     """The table without the readings of elements that are constant over all rows: they carry no information."""
     return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
+
+
+def _rank(times: FloatArray) -> IntArray:
+    """Place of each of k times in their order, (k,)."""
+    return np.asarray(np.argsort(np.argsort(times, kind="stable"), kind="stable"))
 
 
 def _turns(table: Touches, chosen: BoolArray) -> IntArray:

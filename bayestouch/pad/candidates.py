@@ -188,7 +188,7 @@ def with_noise_between_blocks(problem: PadProblem, model: PadCandidate) -> PadCa
     The model itself is chosen by single touches that are left out. If it is wrong, for example in the load, blocks are
     predicted so much worse that a search for what is missing would see noise.
     """
-    residual, variance = model.fit.without_blocks(blocks_left_out(problem.known.n_touches))
+    residual, variance = model.fit.without_blocks(blocks_left_out(problem.observed.touch_time_s))
     left_out = replace(model.left_out, residual=residual, variance=variance)
     noise, spread = problem.noise_of(left_out, scattered=True)
     # Touches that are a whole spacing off would be read as their neighbours.

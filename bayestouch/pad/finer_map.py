@@ -112,7 +112,7 @@ class FinerMap:
         covariances, predicted = [], fit.chain.predict(known.location, known.load)
         shape = kernel_shape(model.shape, known.location)
         location = _Rows(known.location, known.load, shape)
-        blocks = blocks_left_out(known.n_touches)
+        blocks = blocks_left_out(problem.observed.touch_time_s)
         for e in range(here.shape[1]):
             # The noise of a missing reading is so large that its weight is negligible.
             blank = np.where(here[:, e], variance[:, e], 1e9 * (variance[:, e] + signal[:, e] ** 2))

@@ -11,9 +11,9 @@ from bayestouch.array_types import FloatArray, IntArray
 BLOCKS = 40
 
 
-def blocks_left_out(touches: int) -> list[IntArray]:
-    """Blocks of touches that follow each other, as indices; single touches if there are few."""
-    return np.array_split(np.arange(touches), min(BLOCKS, touches))
+def blocks_left_out(time_s: FloatArray) -> list[IntArray]:
+    """Blocks of touches that follow each other in time (t,), as indices; single touches if there are few."""
+    return np.array_split(np.argsort(time_s, kind="stable"), min(BLOCKS, len(time_s)))
 
 
 def without_block(precision: FloatArray, weights: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:

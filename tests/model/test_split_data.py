@@ -81,6 +81,19 @@ def test_a_search_may_use_a_part_of_the_touches_that_calibrations_use() -> None:
     np.testing.assert_array_equal(split.searched, split.training)
 
 
+def test_blocks_of_a_scan_follow_the_time_in_any_order_of_the_table() -> None:
+    """A table in any order has the same touches held out: blocks of two, number 2 of every four."""
+    rng = np.random.default_rng(0)
+    x, sensor = rng.uniform(0, 30, 90), simulate(PadDesign(), seed=0).dataset.sensor
+    touches = touches_from(
+        np.arange(90), rng.normal(size=(90, sensor.n_elements)), x_mm=x, y_mm=x, time_s=10.0 * np.arange(90)
+    )
+    held = [4, 5, 12, 13, 20, 21, 28, 29, 36, 37, 44, 45, 52, 53, 60, 61, 68, 69, 76, 77, 84, 85]
+    for order in (np.arange(90), np.argsort(x), rng.permutation(90)):
+        split = data.SplitData.of(DataSet(sensor, None, touches.select(order)))
+        assert sorted(touches.touch[order][split.held_out].tolist()) == held
+
+
 @pytest.mark.parametrize(("count", "held"), [(39, 0), (40, 10)])
 def test_few_touches_of_one_table_are_all_fitted(count: int, held: int) -> None:
     """Below forty none is held out, and none is lost."""

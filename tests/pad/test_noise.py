@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pad_simulation import line
 from scipy.optimize import approx_fprime
 from scipy.stats import multivariate_normal
 
@@ -152,12 +153,35 @@ def test_elements_with_independent_errors_have_no_load_scatter() -> None:
     assert noise.load_scatter < 0.01
 
 
+def test_blocks_are_of_touches_that_follow_each_other_in_time() -> None:
+    """81 touches in 40 blocks, the first of three; in another order of the table the blocks have the same touches."""
+    time_s = 5.0 * np.arange(81)
+    shuffled = np.random.default_rng(0).permutation(81)
+    for order in (np.arange(81), shuffled):
+        blocks = [order[block].tolist() for block in blocks_left_out(time_s[order])]
+        assert blocks == [[0, 1, 2], *([k, k + 1] for k in range(3, 81, 2))]
+
+
+def test_noise_is_the_same_in_another_order_of_the_table() -> None:
+    """The zeros wander with time, so that blocks of touches at other times would show another noise."""
+    pad, rng, time_s = line(), np.random.default_rng(5), 5.0 * np.arange(81)
+    touches = pad.touch(rng.permutation(np.linspace(6, 32, 81))[:, None], rng)
+    wander = 0.1 * np.sin(time_s[:, None] / 20 + np.arange(touches.n_elements))
+    touches = touches.with_(time_s=time_s, readings=touches.readings + wander)
+    shuffled = touches.select(rng.permutation(81))
+    first, second = (
+        choose_pad(pad.dataset(each), kernel="gaussian", empirical=False).model for each in (touches, shuffled)
+    )
+    np.testing.assert_allclose(second.noise.discrepancy_sd, first.noise.discrepancy_sd, rtol=1e-4)
+    assert second.load_spread == pytest.approx(first.load_spread, rel=1e-4)
+
+
 def test_noise_of_a_measured_channel_is_not_that_of_a_lower_maximum(monkeypatch: pytest.MonkeyPatch) -> None:
     """From a small share alone, the fit takes a part of the load scatter for the floor of one element."""
     data = SplitData.of(bayestouch.load_dataset(CHANNEL))
     known = replace(data.dataset, calibration=data.table.select(data.training).with_(notes=()))
     chosen = choose_pad(known, kernel="layer", empirical=False)
-    residual, variance = chosen.model.fit.without_blocks(blocks_left_out(chosen.problem.known.n_touches))
+    residual, variance = chosen.model.fit.without_blocks(blocks_left_out(chosen.problem.observed.touch_time_s))
     left_out = replace(chosen.model.left_out, residual=residual, variance=variance)
 
     def found() -> tuple[float, Noise]:
