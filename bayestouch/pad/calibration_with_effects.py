@@ -118,7 +118,7 @@ def pad_calibration(
     sensor, calibration = dataset.sensor, dataset.calibration
     as_built, rest_reads = sensor, None if calibration is None else shared_rest_reads(calibration)
     # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
-    samples, _ = choose_samples(table.select(training))
+    samples, _ = choose_samples(table.select(training), rest_subtracted=rest is not None)
     as_read = table
     relative_slope: OfLoads | None = None
     if samples == "first" and effects.by_effects is not None:

@@ -64,7 +64,7 @@ def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
     )
 
 
-def choose_samples(touches: Touches) -> tuple[str, str]:
+def choose_samples(touches: Touches, *, rest_subtracted: bool = True) -> tuple[str, str]:
     """Samples of a touch to use, and the reason in one sentence.
 
     Creep is a change between the first and the last sample of a touch in proportion to the signal. Its share is the
@@ -72,6 +72,13 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
     scatter between touches, since the elements of a touch creep together. With creep, a mean of samples depends on
     their times and on earlier touches, so the first sample in contact is used. Without creep all samples are used:
     their mean is more precise.
+
+    Parameters
+    ----------
+    touches : Touches
+        The touches.
+    rest_subtracted : bool
+        Whether readings are zero without touch. Otherwise the regression has an intercept for each element.
 
     Returns
     -------
@@ -83,10 +90,14 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
     several = first.sample != last.sample
     if several.sum() < 3:
         return "mean", ""
-    change = np.nan_to_num(last.readings - first.readings)[several]
-    signal = np.nan_to_num(0.5 * (last.readings + first.readings))[several]
-    # The change of readings far below the largest of an element is due to offsets rather than creep.
-    signal = np.where(np.abs(signal) > 0.1 * np.abs(signal).max(axis=0), signal, 0.0)
+    change = (last.readings - first.readings)[several]
+    signal = (0.5 * (last.readings + first.readings))[several]
+    if rest_subtracted:
+        change, signal = np.nan_to_num(change), np.nan_to_num(signal)
+        # The change of readings far below the largest of an element is due to offsets rather than creep.
+        signal = np.where(np.abs(signal) > 0.1 * np.abs(signal).max(axis=0), signal, 0.0)
+    else:
+        change, signal = _about_mean(change), _about_mean(signal)
     # Elements without a signal get finite weights and do not contribute.
     weight = 1 / np.maximum(np.abs(signal).max(axis=0), 1e-150) ** 2
     across, along = (weight * change * signal).sum(axis=1), (weight * signal * signal).sum(axis=1)
@@ -103,6 +114,13 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
             "the first sample in contact is used"
         )
     return "mean", f"no creep between the samples of a touch ({measured}): their mean is used"
+
+
+def _about_mean(values: FloatArray) -> FloatArray:
+    """Values (t, m) minus the mean of each column; 0 where missing."""
+    present = np.isfinite(values)
+    mean = np.where(present, values, 0.0).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
+    return np.where(present, values - mean, 0.0)
 
 
 def _one_row_each(touches: Touches, which: str) -> IntArray:

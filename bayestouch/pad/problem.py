@@ -129,7 +129,7 @@ def pad_problem(
     corrected = table.baseline_corrected()
     notes = list(corrected.notes)
     if samples == "auto":
-        samples, why = choose_samples(corrected)
+        samples, why = choose_samples(corrected, rest_subtracted=table.rest_reading() is not None)
         notes += [why] if why else []
     known = pad_readings(corrected, pad.dimensions, samples)
     located = np.asarray(np.isfinite(known.location).all(axis=1))

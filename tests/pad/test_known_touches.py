@@ -51,6 +51,18 @@ def test_creep_is_found_in_rows_of_any_order(seed: int) -> None:
         np.testing.assert_array_equal(counted_samples(touches, which).touch, touch[sample == number])
 
 
+@pytest.mark.parametrize("zero", [0.0, 1e5])
+def test_creep_is_found_whatever_an_element_reads_without_touch(zero: float) -> None:
+    """The last sample has 5 % more signal: 0.05/1.025 of the mean of the two, 4.88 %. One reading is missing."""
+    signal = np.stack([np.linspace(0, 200, 10), np.linspace(90, 0, 10)], axis=1)
+    readings = zero + np.repeat(signal, 2, axis=0) * np.tile([1.0, 1.05], 10)[:, None]
+    readings[3, 1] = np.nan
+    touch, sample = np.repeat(np.arange(10), 2), np.tile([0, 1], 10)
+    touches = touches_from(touch, readings, sample=sample, x_mm=touch.astype(float), load=1.0)
+    samples, why = choose_samples(touches, rest_subtracted=False)
+    assert samples == "first" and "+4.878" in why
+
+
 @pytest.mark.parametrize("repeated", [True, False])
 def test_readings_without_load(repeated: bool) -> None:
     """A slope for each place and one offset; where each place is touched once, most places are far from an element."""
