@@ -64,7 +64,7 @@ def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
     )
 
 
-def choose_samples(touches: Touches, *, rest_subtracted: bool = True) -> tuple[str, str]:
+def choose_samples(touches: Touches, zero: FloatArray | float = 0.0) -> tuple[str, str]:
     """Samples of a touch to use, and the reason in one sentence.
 
     Creep is a change between the first and the last sample of a touch in proportion to the signal. Its share is the
@@ -77,8 +77,8 @@ def choose_samples(touches: Touches, *, rest_subtracted: bool = True) -> tuple[s
     ----------
     touches : Touches
         The touches.
-    rest_subtracted : bool
-        Whether readings are zero without touch. Otherwise the regression has an intercept for each element.
+    zero : (m,) array or float
+        Readings without touch.
 
     Returns
     -------
@@ -90,14 +90,10 @@ def choose_samples(touches: Touches, *, rest_subtracted: bool = True) -> tuple[s
     several = first.sample != last.sample
     if several.sum() < 3:
         return "mean", ""
-    change = (last.readings - first.readings)[several]
-    signal = (0.5 * (last.readings + first.readings))[several]
-    if rest_subtracted:
-        change, signal = np.nan_to_num(change), np.nan_to_num(signal)
-        # The change of readings far below the largest of an element is due to offsets rather than creep.
-        signal = np.where(np.abs(signal) > 0.1 * np.abs(signal).max(axis=0), signal, 0.0)
-    else:
-        change, signal = _about_mean(change), _about_mean(signal)
+    change = np.nan_to_num(last.readings - first.readings)[several]
+    signal = np.nan_to_num(0.5 * (last.readings + first.readings) - zero)[several]
+    # The change of readings far below the largest of an element is due to offsets rather than creep.
+    signal = np.where(np.abs(signal) > 0.1 * np.abs(signal).max(axis=0), signal, 0.0)
     # Elements without a signal get finite weights and do not contribute.
     weight = 1 / np.maximum(np.abs(signal).max(axis=0), 1e-150) ** 2
     across, along = (weight * change * signal).sum(axis=1), (weight * signal * signal).sum(axis=1)
@@ -114,13 +110,6 @@ def choose_samples(touches: Touches, *, rest_subtracted: bool = True) -> tuple[s
             "the first sample in contact is used"
         )
     return "mean", f"no creep between the samples of a touch ({measured}): their mean is used"
-
-
-def _about_mean(values: FloatArray) -> FloatArray:
-    """Values (t, m) minus the mean of each column; 0 where missing."""
-    present = np.isfinite(values)
-    mean = np.where(present, values, 0.0).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
-    return np.where(present, values - mean, 0.0)
 
 
 def _one_row_each(touches: Touches, which: str) -> IntArray:
@@ -140,6 +129,26 @@ def location_spacing(location: FloatArray) -> float:
     if location.shape[1] == 1:
         return float(extent[0] / max(len(distinct) - 1, 1))
     return float(np.sqrt(extent.prod() / max(len(distinct), 1)))
+
+
+def zero_of(touches: Touches, dimensions: int, rest: FloatArray | None) -> FloatArray | float:
+    """Readings without touch, (m,), of a table from which `rest` was subtracted: 0, or without it those of its touches.
+
+    Parameters
+    ----------
+    touches : Touches
+        The table.
+    dimensions : int
+        As in `pad_readings`.
+    rest : (m,) array or None
+        The rest reading; None if there was none.
+
+    Raises
+    ------
+    InputError
+        As `pad_readings`.
+    """
+    return 0.0 if rest is not None else readings_without_load(pad_readings(touches, dimensions, "mean"))
 
 
 def readings_without_load(known: TouchMeans) -> FloatArray:
