@@ -18,7 +18,7 @@ from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.baseline import NO_REST, shared_rest_reads
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Sensor, pad_of
+from bayestouch.data.sensor import Sensor
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Setting
 from bayestouch.effects.noise import Outliers
@@ -34,7 +34,7 @@ from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.effect_changes import changes_of, with_changes
 from bayestouch.pad.finer_map import FinerMap
-from bayestouch.pad.known_touches import choose_samples, pad_readings, zero_of
+from bayestouch.pad.known_touches import choose_samples, faintest_readings, pad_readings
 from bayestouch.pad.later_drifts import with_later_drifts
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.posterior import PadPosterior
@@ -119,7 +119,7 @@ def pad_calibration(
     as_built, rest_reads = sensor, None if calibration is None else shared_rest_reads(calibration)
     # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     used = table.select(training)
-    samples, _ = choose_samples(used, zero_of(used, pad_of(sensor).dimensions, rest))
+    samples, _ = choose_samples(used, faintest_readings(used, rest))
     as_read = table
     relative_slope: OfLoads | None = None
     if samples == "first" and effects.by_effects is not None:

@@ -20,6 +20,8 @@ _CREEP_SIGNIFICANCE = 4.0
 # Inverse variance of an intercept over that of a reading, from which it is used: two loads at one location that differ
 # by a third.
 LEAST_SPREAD = 0.04
+# Share of the readings of an element that are beyond its faintest one: wrong readings are fewer.
+FAINTEST = 0.05
 
 
 def prior_of_loads(load: FloatArray) -> tuple[float, float]:
@@ -131,24 +133,20 @@ def location_spacing(location: FloatArray) -> float:
     return float(np.sqrt(extent.prod() / max(len(distinct), 1)))
 
 
-def zero_of(touches: Touches, dimensions: int, rest: FloatArray | None) -> FloatArray | float:
-    """Readings without touch, (m,), of a table from which `rest` was subtracted: 0, or without it those of its touches.
+def faintest_readings(touches: Touches, rest: FloatArray | None) -> FloatArray:
+    """Readings without touch, (m,), as far as they are needed to tell signals from none; 0 if `rest` was subtracted.
 
-    Parameters
-    ----------
-    touches : Touches
-        The table.
-    dimensions : int
-        As in `pad_readings`.
-    rest : (m,) array or None
-        The rest reading; None if there was none.
-
-    Raises
-    ------
-    InputError
-        As `pad_readings`.
+    An element reads least of all under touches that are far from it: its faintest reading is the one beyond which are a
+    twentieth of its readings, on the side of their median where they differ less.
     """
-    return 0.0 if rest is not None else readings_without_load(pad_readings(touches, dimensions, "mean"))
+    readings = touches.averaged().readings
+    faintest = np.zeros(readings.shape[1])
+    for element, column in enumerate(readings.T):
+        read = column[np.isfinite(column)]
+        if rest is None and len(read):
+            low, middle, high = np.quantile(read, (FAINTEST, 0.5, 1 - FAINTEST))
+            faintest[element] = low if middle - low <= high - middle else high
+    return faintest
 
 
 def readings_without_load(known: TouchMeans) -> FloatArray:

@@ -21,7 +21,7 @@ from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.timing import Timing
 from bayestouch.model.usable_touches import without_load
 from bayestouch.pad.added_noise import NoiseByEffects, NoiseWithEffects
-from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings, zero_of
+from bayestouch.pad.known_touches import choose_samples, counted_samples, faintest_readings, pad_readings
 from bayestouch.pad.noise import LeftOut, fit_noise
 from bayestouch.pad.priors import PadPriors, check_places, pad_priors
 from bayestouch.priors.parameters import Prior
@@ -129,7 +129,7 @@ def pad_problem(
     corrected = table.baseline_corrected()
     notes = list(corrected.notes)
     if samples == "auto":
-        samples, why = choose_samples(corrected, zero_of(corrected, pad.dimensions, table.rest_reading()))
+        samples, why = choose_samples(corrected, faintest_readings(corrected, table.rest_reading()))
         notes += [why] if why else []
     known = pad_readings(corrected, pad.dimensions, samples)
     located = np.asarray(np.isfinite(known.location).all(axis=1))

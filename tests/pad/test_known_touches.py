@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bayestouch.data.touches import touches_from
-from bayestouch.pad.known_touches import choose_samples, counted_samples, readings_without_load, zero_of
+from bayestouch.pad.known_touches import choose_samples, counted_samples, faintest_readings, readings_without_load
 
 
 @pytest.mark.parametrize("silent", [0.0, np.nan])
@@ -51,18 +51,19 @@ def test_creep_is_found_in_rows_of_any_order(seed: int) -> None:
         np.testing.assert_array_equal(counted_samples(touches, which).touch, touch[sample == number])
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("zero", [0.0, 1e5])
-def test_creep_is_a_share_of_the_signal_above_the_readings_without_touch(zero: float) -> None:
+def test_creep_is_a_share_of_the_signal_above_the_readings_without_touch(zero: float, sign: float) -> None:
     """The last sample has 5 % more signal: 0.05/1.025 of the mean of the two, 4.88 %. Most touches are elsewhere."""
     signal = np.zeros((30, 2))
     signal[:10, 0], signal[20:, 1] = np.linspace(10, 200, 10), np.linspace(90, 10, 10)
-    readings = zero + np.repeat(signal, 2, axis=0) * np.tile([1.0, 1.05], 30)[:, None]
+    readings = zero + sign * np.repeat(signal, 2, axis=0) * np.tile([1.0, 1.05], 30)[:, None]
     readings[59, 1] = np.nan
     touch, sample = np.repeat(np.arange(30), 2), np.tile([0, 1], 30)
     touches = touches_from(touch, readings, sample=sample, x_mm=touch.astype(float), load=1.0)
-    samples, why = choose_samples(touches, zero_of(touches, 1, None))
+    samples, why = choose_samples(touches, faintest_readings(touches, None))
     assert samples == "first" and "+4.878 % of the signal" in why
-    assert zero_of(touches, 1, np.zeros(2)) == 0.0
+    assert not faintest_readings(touches, np.zeros(2)).any()
 
 
 @pytest.mark.parametrize("repeated", [True, False])
