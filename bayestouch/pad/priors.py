@@ -228,7 +228,8 @@ def pad_priors(
         middle = float(np.median(column[here]))
         deviation = np.abs(column[here] - middle)
         size = float(np.std(column[here]) if loads_vary else np.quantile(deviation, 0.995))
-        amplitude[e] = max(size, 1e-12 * max(abs(middle), 1.0)) / typical
+        # Above zero, in whatever unit: a reading in farad is far below one.
+        amplitude[e] = max(size, 1e-12 * float(np.abs(column[here]).max())) / typical
         offset[e] = 0.0 if rest_subtracted else middle
     if not usable.any():
         raise InputError("no element responds: every one's readings are missing or all the same")
