@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ class History:
     end_s : (h,) array
         Time of the last sample of the touch.
     readings : (h, m) array
-        Mean reading of the touch; zero where missing.
+        Mean reading of the touch; NaN where missing.
     missing_s : (s,) array
         Time of the last sample of each touch that may be missing in the table; increasing.
     """
@@ -47,11 +47,17 @@ class History:
         np.add.at(total, touch, np.nan_to_num(readings))
         np.add.at(count, touch, ~np.isnan(readings))
         order = np.argsort(end, kind="stable")
-        mean = np.divide(total, count, out=np.zeros_like(total), where=count > 0)
+        mean = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0)
         return cls(end[order], mean[order])
+
+    def above(self, zero: FloatArray | float) -> History:
+        """The same touches with what they read above `zero`, the readings (m,) without touch."""
+        return replace(self, readings=self.readings - zero)
 
     def leftover(self, start_s: FloatArray, fade_s: FloatArray) -> FloatArray:
         """Return the sum of the readings of the earlier touches, after decay from their end to the given times.
+
+        A missing reading counts as zero.
 
         Parameters
         ----------
@@ -66,7 +72,7 @@ class History:
         """
         rates = 1 / fade_s[:, None]
         kept = np.exp(-np.maximum(np.diff(self.end_s, prepend=self.end_s[:1]), 0.0)[:, None, None] * rates)
-        running = np.repeat(self.readings[:, None], len(fade_s), axis=1)
+        running = np.repeat(np.nan_to_num(self.readings)[:, None], len(fade_s), axis=1)
         # After the step of n, an entry has the sum of the last 2n touches, and what is kept of an earlier sum.
         n = 1
         while n < len(running):

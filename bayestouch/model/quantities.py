@@ -35,10 +35,10 @@ class Quantity:
         return len(finite) > 0 and float(np.ptp(finite)) > 1e-9 * float(np.abs(finite).max(initial=0.0))
 
 
-def previous_readings(observed: Observations) -> FloatArray:
-    """Mean reading of each element in the previous touch, (t, m); zero for the first touch."""
+def previous_readings(observed: Observations, zero: FloatArray | float = 0.0) -> FloatArray:
+    """Mean reading of each element above `zero` (m,) in the previous touch, (t, m); zero for the first touch."""
     start = np.full(observed.n_touches, np.inf)
     np.minimum.at(start, observed.row_touch, observed.time_s)
     history = observed.history
     last = np.searchsorted(history.end_s, start, side="left") - 1
-    return np.where((last >= 0)[:, None], history.readings[np.maximum(last, 0)], 0.0)
+    return np.where((last >= 0)[:, None], np.nan_to_num(history.readings - zero)[np.maximum(last, 0)], 0.0)

@@ -164,7 +164,7 @@ class PadEffects:
             self._recording(np.ones(len(rows)), np.zeros((len(rows), len(self.peak))), place),
             time_s=clock.time_s[rows],
             held_s=clock.held_s[rows],
-            history=history_of(touches, clock.time_s) if len(rows) else None,
+            history=history_of(touches, clock.time_s).above(self.zero) if len(rows) else None,
         )
         readings = touches.readings.copy()
         missing = np.isnan(readings[rows])
@@ -183,7 +183,7 @@ class PadEffects:
     ) -> FloatArray:
         """Mean square (t, m, m) of what touches that may be missing leave; see `bayestouch.model.missing`."""
         effects = [(effect, self.values[effect.name]) for effect in self.listed.plain]
-        return left_by_missing(effects, self.calibrated, self.peak, read, when_s, missing_s, known_s)
+        return left_by_missing(effects, self.calibrated, self.peak, read - self.zero, when_s, missing_s, known_s)
 
     def left_by_missing_of(self, table: Touches, read: FloatArray) -> FloatArray:
         """`left_by_missing` for the touches of a table, with their mean readings (t, m)."""
@@ -211,7 +211,7 @@ class PadEffects:
             self._recording(np.ones(1), np.zeros((1, len(self.peak))), place),
             time_s=np.array([time_s]),
             held_s=np.array([held_s]),
-            history=history,
+            history=None if history is None else history.above(self.zero),
         )
         read = np.where(missing, 0.0, readings - self.zero)[None]
         signal = self._signal_behind(recording, read, read, STEPS, 1e-9)[0] + self.zero
@@ -347,7 +347,7 @@ class PadEffects:
             root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
             sd=np.asarray(calibration.noise.tactile_sd, dtype=np.float64),
             by_effects=NoiseByEffects(listed.noise, peak, zero) if apart else None,
-            calibrated=np.nan_to_num(calibration.rows.observed),
+            calibrated=np.nan_to_num(calibration.rows.observed - zero),
         )
 
 

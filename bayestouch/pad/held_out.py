@@ -56,7 +56,8 @@ def held_out(
     places = [axis for axis in (means.x_mm, means.y_mm) if axis is not None]
     changing = 0.0 if prediction.samples is None else prediction.samples
     by_sample = residual[rows] + observed.deviation - changing
-    signal = (predicted - model.chain(shown.vector).offset) / peak
+    zero = model.chain(shown.vector).offset
+    signal = (predicted - zero) / peak
     of_load = by_load * noise.load_sd[:, None]
     noise_sd = np.sqrt(noise.variance(predicted[rows], observed.weight[:, None]) + of_load[rows] ** 2) / peak
     return HeldOut(
@@ -67,7 +68,7 @@ def held_out(
         design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
         reference={**dict(zip(COORDINATES, recording.place, strict=False)), "P": observed.load},
         stated={**dict(zip(COORDINATES, places, strict=False)), "P": observed.load},
-        quantities=quantities(observed, model.element_place, recording.place, observed.load, signal, peak),
+        quantities=quantities(observed, model.element_place, recording.place, observed.load, signal, peak, zero),
         noise_sd=np.where(measured[rows, None], noise_sd, np.nan),
         load_free=free_load(whitening, of_load, measured),
         log_volume=whitening.log_volume,

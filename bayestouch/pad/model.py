@@ -126,7 +126,7 @@ class PadModel(SensorModel):
             peak=self.peak,
             reference_load=self.reference_load,
             signal=np.zeros((observed.n_touches, self.n_elements)),
-            history=observed.history,
+            history=observed.history.above(self.zero(vector)),
         )
         for effect, values in self.in_order(vector):
             if effect is before:
@@ -213,7 +213,7 @@ class PadModel(SensorModel):
         m = self.n_elements
         # Of the offsets, or of their logarithms.
         by_offset = np.where(self._logarithmic[m : 2 * m], self.zero(vector), 1.0)
-        by_row[m : 2 * m] = np.diag(by_offset)[:, None, :]
+        by_row[m : 2 * m] = np.eye(m)[:, None, :] * (by_offset * self._by_zero(rows, vector))
         parts = [self.parted(each) for each in by_row]
         # The values of effects do not change the response of the chain.
         parts += self.of_values(vector, recording, lambda moved: self._predicted(moved, places, response))
@@ -229,6 +229,18 @@ class PadModel(SensorModel):
         if self.map is None:
             return np.asarray(own)
         return np.concatenate([own, self.map.columns(places.location) * load])
+
+    def _by_zero(self, rows: Recording, vector: FloatArray) -> FloatArray:
+        """Derivative of the readings of rows over the zero of their element, (n, m): less if earlier touches remain."""
+        history = rows.history
+        if history is None or not any(effect.remembers for effect in self.effects):
+            return np.ones_like(rows.signal)
+        step = SIGNAL_STEP * self.peak
+
+        def at(zero: FloatArray) -> FloatArray:
+            return self.through(replace(rows, history=history.above(zero)), vector)
+
+        return np.asarray(1 + (at(step) - at(-step)) / (2 * step))
 
     def _slope(self, rows: Recording, vector: FloatArray) -> FloatArray:
         """Derivative of the readings over the signals: (n, m), or (n, signal, reading) if an effect mixes elements."""

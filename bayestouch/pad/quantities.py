@@ -17,6 +17,7 @@ def quantities(
     load: FloatArray,
     share: FloatArray,
     peak: FloatArray,
+    zero: FloatArray,
 ) -> tuple[Quantity, ...]:
     """Quantities of touches on a pad, without those that have one value only.
 
@@ -30,8 +31,8 @@ def quantities(
         Load as read, N; NaN unknown.
     share : (t, m) array
         Predicted signal over the peak.
-    peak : (m,) array
-        Peak reading of each element.
+    peak, zero : (m,) arrays
+        Peak reading of each element, and its reading without touch.
     """
 
     def wide(values: FloatArray) -> FloatArray:
@@ -48,6 +49,6 @@ def quantities(
         Quantity("load", "N", wide(load)),
         Quantity("time", observed.unit, wide(observed.touch_time_s)),
         Quantity("predicted signal", "% of the peak", 100 * share),
-        Quantity("reading of the touch before", "% of the peak", 100 * previous_readings(observed) / peak),
+        Quantity("reading of the touch before", "% of the peak", 100 * previous_readings(observed, zero) / peak),
     )
     return tuple(each for each in all_of_them if each.varies)

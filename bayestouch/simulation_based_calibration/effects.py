@@ -99,6 +99,7 @@ class SimulatedEffects:
         press: Callable[[Recording], FloatArray],
         measured: Callable[[FloatArray, np.random.Generator], FloatArray],
         rng: np.random.Generator,
+        zero: FloatArray | float = 0.0,
     ) -> FloatArray:
         """Readings (n, m) of all samples with the effects, as measured.
 
@@ -123,6 +124,8 @@ class SimulatedEffects:
             From readings (n, m) without the noise of the sensor to those that are recorded, NaN missing.
         rng : Generator
             Random numbers of drifts, of noise effects and of `measured`.
+        zero : (m,) array or float
+            Readings without touch.
         """
         ids, group = groups(touches.touch)
         clock = Timing.of(touches)
@@ -166,7 +169,7 @@ class SimulatedEffects:
         readings = recorded(None, deepcopy(own))
         for _ in ids:
             before = readings
-            readings = recorded(History.of(group, clock.time_s, before), deepcopy(own))
+            readings = recorded(History.of(group, clock.time_s, before).above(zero), deepcopy(own))
             if np.nanmax(np.abs(readings - before) / peak) <= SETTLED:
                 break
         return readings

@@ -149,9 +149,8 @@ class PadCalibrationDesign:
         of_effects = self.added.draw(rng)
         scatter = rng.normal(0.0, force_sd, len(group))
         scatter -= grouped_mean(scatter, group, len(ids))[group]
-        readings = self.added.readings(
-            of_effects, touches, means, tuple(place.T), tuple(means.location.T), load, peak, press, measured, rng
-        )
+        places = tuple(place.T), tuple(means.location.T)
+        readings = self.added.readings(of_effects, touches, means, *places, load, peak, press, measured, rng, offset)
         true = {"gain": gain, "offset": offset, **{f"{c}_s": x for c, x in zip(COORDINATES, place.T, strict=False)}}
         true |= {each.name: np.asarray(value) for each, value in zip(kernel.parameters, values, strict=True)}
         return true | self.added.named(of_effects), touches.with_(readings=readings, load=means.load[group] + scatter)

@@ -55,14 +55,17 @@ def test_quantities_of_a_finger() -> None:
 
 
 def test_quantities_of_a_pad() -> None:
+    """The first element reads 1 without touch, and the touches before 1 and 5."""
+    zero = np.array([1.0, 0.0])
     share, peak, load = np.array([[0.5, 0.1], [0.2, 0.9]]), np.array([10.0, 20.0]), np.array([np.nan, 2.0])
     x, y = np.array([1.0, 4.0]), np.array([2.0, 2.0])
-    line = {e.name: e.values.tolist() for e in of_pad(observed(), (np.array([0.0, 5.0]),), (x,), load, share, peak)}
+    ends = (np.array([0.0, 5.0]),)
+    line = {e.name: e.values.tolist() for e in of_pad(observed(), ends, (x,), load, share, peak, zero)}
     assert line["place from element to touch"] == [[1.0, -4.0], [4.0, -1.0]] and line["x"] == [[1, 1], [4, 4]]
     assert "load" not in line and "y" not in line and line["predicted signal"] == [[50, 10], [20, 90]]
-    assert line["reading of the touch before"] == [[10, 10], [50, 30]] and line["time"] == [[5.5, 5.5], [9, 9]]
+    assert line["reading of the touch before"] == [[0, 10], [40, 30]] and line["time"] == [[5.5, 5.5], [9, 9]]
     elements = (np.array([1.0, 5.0]), np.array([2.0, -1.0]))
-    plane = {e.name: e.values.tolist() for e in of_pad(observed(), elements, (x, y), load, share, peak)}
+    plane = {e.name: e.values.tolist() for e in of_pad(observed(), elements, (x, y), load, share, peak, zero)}
     assert plane["distance from element to touch"] == [[0.0, 5.0], [3.0, np.hypot(1, 3)]]
     assert "y" not in plane and "place from element to touch" not in plane and plane["x"] == [[1, 1], [4, 4]]
 

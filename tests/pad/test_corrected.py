@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayestouch.chain.recording import History
 from bayestouch.data.touches import touches_from
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.model.effect_list import EffectList
@@ -75,3 +76,26 @@ def test_noise_of_a_load_goes_with_the_slope_of_the_response() -> None:
     assert np.isnan(effects.relative_slope(np.array([np.nan])))[0]
     plain = with_effects(load_offset=(OFFSET,))
     np.testing.assert_allclose(plain.relative_slope(LOAD), 1.0, rtol=1e-9)
+
+
+def test_what_earlier_touches_left_does_not_depend_on_the_readings_without_touch() -> None:
+    """Neither what is taken from readings, nor what touches that may be missing left; 0.9 of the peak, then nothing."""
+    place, readings = (np.array([0.0, 5.0, 10.0]),), np.array([[0.9, 0.2, 0.0], [0.0, 0.1, np.nan], [0.3, 0.3, 0.3]])
+    setting = Setting(False, 3, place, ((0.0, 10.0),), 1.0, "N", "", False, 1.0, 10.0, 30.0)
+    memory = effect_classes()["memory"].suited(setting)
+    assert memory is not None
+    listed, values = EffectList(setting, (memory,), AddedNoise()), {"memory": (0.1, 20.0, 0.5)}
+    time_s, ends = np.array([0.0, 10.0, 20.0]), np.array([-20.0, -10.0])
+    found, square = [], []
+    for zero in (0.0, 50.0):
+        calibrated = np.nan_to_num(readings)
+        effects = PadEffects(listed, values, np.ones(3), np.full(3, zero), place, calibrated=calibrated)
+        table = touches_from(np.arange(3), readings + zero, time_s=time_s, load=np.ones(3))
+        found.append(effects.corrected(table).readings - zero)
+        history = History.of(np.zeros(1, dtype=int), np.zeros(1), table.readings[:1])
+        found.append(effects.corrected_sample(table.readings[1], 1.0, 10.0, 0.0, history)[0] - zero)
+        square.append(effects.left_by_missing(table.readings, time_s, ends, time_s))
+    np.testing.assert_allclose(found[2], found[0], atol=1e-9)
+    np.testing.assert_allclose(found[3], found[1], atol=1e-9)
+    np.testing.assert_allclose(found[1], found[0][1], atol=1e-9)
+    np.testing.assert_allclose(square[1], square[0], rtol=1e-9)

@@ -9,7 +9,10 @@ import pytest
 from drifting_pad import pad_of
 
 from bayestouch.chain.kernels import GaussianKernel
+from bayestouch.effects import Setting
+from bayestouch.effects.readout import Memory
 from bayestouch.pad.map_basis import MapBasis
+from bayestouch.pad.model import PadModel
 from bayestouch.priors.parameters import LogNormal
 
 
@@ -49,3 +52,34 @@ def test_map_at_the_stated_locations() -> None:
     place = np.stack(model.poses(vector).place, axis=1)
     added = model.load[:, None] * model.map.sensitivity(place, weights)
     assert model.predict(vector).touches == pytest.approx(without + added, rel=1e-12)
+
+
+def with_memory(zero: float) -> tuple[PadModel, np.ndarray]:
+    """A pad with a memory of a tenth, whose readings and offsets are higher by `zero`; and its vector."""
+    model = pad_of(9, GaussianKernel(6.0))
+    place = model.element_place
+    memory = Memory.suited(Setting(False, 2, place, ((-2.0, 8.0),), 1.0, "N", "", False, 1.0, 15.0, 150.0))
+    assert memory is not None
+    history = replace(model.known.history, readings=model.known.history.readings + zero)
+    model = replace(model, observed=replace(model.known, history=history), effects=(memory,))
+    values = [p.to_unconstrained(v) for p, v in zip(memory.parameters, (0.1, 20.0, 0.5), strict=True)]
+    vector = np.append(model.start(model.pad), values)
+    vector[2:4] += zero
+    return model, vector
+
+
+def test_what_remains_of_a_touch_is_a_share_of_what_it_read_above_the_readings_without_touch() -> None:
+    """With a zero of a hundred peaks the pad reads as much more, also after the touch with a missing reading."""
+    (model, vector), (higher, above) = with_memory(0.0), with_memory(500.0)
+    assert np.isnan(model.known.history.readings).sum() == 1
+    np.testing.assert_allclose(higher.predict(above).touches, model.predict(vector).touches + 500.0, atol=1e-9)
+
+
+def test_derivatives_over_the_readings_without_touch_with_a_memory() -> None:
+    model, vector = with_memory(3.0)
+    _, derivatives, _ = model.with_derivatives(vector)
+    step = np.eye(len(vector)) * 1e-5
+    for i in (2, 3):
+        up, down = (model.predict(vector + sign * step[i]).touches for sign in (1, -1))
+        assert derivatives[i] == pytest.approx((up - down) / 2e-5, rel=1e-6, abs=1e-7)
+        assert derivatives[i, :, i - 2].min() < 0.95
