@@ -134,7 +134,7 @@ def location_spacing(location: FloatArray) -> float:
 
 
 def faintest_readings(touches: Touches, rest: FloatArray | None) -> FloatArray:
-    """Readings without touch, (m,), as far as they are needed to tell signals from none; 0 if `rest` was subtracted.
+    """Readings without touch, (m,), near enough to see how large a signal is; 0 if `rest` was subtracted.
 
     An element reads least of all under touches that are far from it: its faintest reading is the one beyond which are a
     twentieth of its readings, on the side of their median where they differ less.
