@@ -35,6 +35,8 @@ from bayestouch.sampling import BlockProposal
 # whose last steps are for a few touches (pieces of 512 took a tenth more time); fewer if touches are drawn again, which
 # takes many steps, so that all cores are used.
 PIECE, PIECE_AGAIN = 1024, 128
+# Pieces that a block is divided into, as long as each has `SMALL_PIECE` touches: with fewer, cores would have no work.
+LEAST_PIECES, SMALL_PIECE = 4, 512
 #: Names of the draws, (chain, draw, t).
 DRAWN = ("r_c", "R", "theta_c", "P")
 #: Name of the log probabilities of each tip and, last, of other indenters, if the prior has tips: (k, t).
@@ -146,8 +148,9 @@ class FingerSampler:
 
     def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
         """Rows in an even number of pieces of about the same size."""
-        largest = PIECE_AGAIN if again else PIECE
-        return [piece for piece in np.array_split(rows, 2 * -(-len(rows) // (2 * largest)) or 1) if len(piece)]
+        largest, small = (PIECE_AGAIN, PIECE_AGAIN) if again else (PIECE, SMALL_PIECE)
+        count = max(_even(len(rows), largest), min(_even(len(rows), small), LEAST_PIECES), 1)
+        return [piece for piece in np.array_split(rows, count) if len(piece)]
 
     def shapes(self, chains: int, draws: int) -> dict[str, tuple[int, ...]]:
         """Shapes of the results without the axis of touches: `DRAWN`, and the others if there are any."""
@@ -239,3 +242,8 @@ class FingerSampler:
             log_probability = np.full((self.priors.radius.n_alternatives, len(rows)), np.nan)
         proposal = propose_places(posterior, modes)
         return FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener, self.modulus)
+
+
+def _even(n: int, largest: int) -> int:
+    """The even number of pieces, zero of none, into which n touches are divided, with at most `largest` in each."""
+    return 2 * -(-n // (2 * largest))
