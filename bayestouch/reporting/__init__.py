@@ -180,7 +180,7 @@ def report(
     with new_folder(output) as folder:
         draft, diagnosed = gather(
             dataset,
-            partial(drafted, folder=folder),
+            partial(drafted, folder),
             seed=seed,
             draws=draws,
             plug_in=plug_in,

@@ -32,7 +32,7 @@ _DRAWS, _DRAWS_OF_TOUCH = 1000, 1024
 
 def gather(
     dataset: DataSet | None,
-    draft: Callable[[Evidence], Draft],
+    draft: Callable[[Evidence, Progress | None], Draft],
     *,
     seed: int,
     draws: int,
@@ -48,8 +48,8 @@ def gather(
     dataset : DataSet or None
         Data set; None for the simulated finger of the package.
     draft : callable
-        Function of the evidence without the diagnosis. It is called while the search for effects, which takes longest,
-        is still at work in another process.
+        Function of the evidence without the diagnosis, and of its own progress. It is called while the search for
+        effects is still at work in another process.
     seed, draws, plug_in
         As in `bayestouch.infer`.
     diagnosis : bool or Path
@@ -79,13 +79,13 @@ def gather(
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, given) if isinstance(diagnosis, Path) else None
+    searched = saved is None and diagnosis is not False
 
     def reads() -> Draft:
         evidence = _read(dataset, embedded, truth, seed, draws, plug_in, progress)
-        staged(progress, _READ, _DRAFTED, "draw the figures")
-        return draft(evidence)
+        return draft(evidence, staged(progress, _READ, _DRAFTED if searched else GATHERED, "draw the figures"))
 
-    if saved is not None or diagnosis is False:
+    if not searched:
         return reads(), saved
     # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
     read = PAGES[dataset.sensor.body.kind].reads_held_out

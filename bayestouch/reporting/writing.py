@@ -9,6 +9,7 @@ from typing import Any
 
 from bayestouch.output.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.output.pictures import Picture
+from bayestouch.output.progress import Progress
 from bayestouch.parallel.beside import both
 from bayestouch.reporting.assemble import numbers_of_touches, with_checks, with_diagnosis
 from bayestouch.reporting.bodies import PAGES
@@ -22,6 +23,9 @@ from bayestouch.reporting.live import Live, live_figures
 from bayestouch.reporting.page import render
 from bayestouch.reporting.trust_pictures import trust_pictures
 from bayestouch.results.files import save_calibration, save_touches, without_requested
+
+# Share of the time of a draft that its numbers, checks and corner plots take, for the progress bar.
+_NUMBERS = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +50,7 @@ class Draft:
     live: Live
 
 
-def drafted(evidence: Evidence, folder: Path) -> Draft:
+def drafted(folder: Path, evidence: Evidence, progress: Progress | None = None) -> Draft:
     """All of a report that needs no diagnosis; calibration and touches are written to an existing folder."""
     read = evidence.of_read_touches()
     # Both the checks and the corner plots load ArviZ, which takes seconds: no other process does.
@@ -54,9 +58,13 @@ def drafted(evidence: Evidence, folder: Path) -> Draft:
         partial(numbers_of_touches, read), lambda tell: (about_checks(read), Corners.of(read))
     )
     numbers = with_checks(numbers, checks)
+    if progress is not None:
+        progress(_NUMBERS)
     pictures, live = both(
         partial(report_pictures, read, numbers, corners), lambda tell: _saved_and_live(evidence, numbers, folder)
     )
+    if progress is not None:
+        progress(1.0)
     return Draft(read, numbers, pictures, live)
 
 

@@ -196,7 +196,7 @@ def test_a_report_calibrates_with_touches_that_it_does_not_read(monkeypatch: pyt
 
     monkeypatch.setattr("bayestouch.calibration.calibrate", spy)
     with pytest.raises(Stop):
-        gathering.gather(pads(400, 2), lambda evidence: evidence, seed=0, draws=64, plug_in=False)
+        gathering.gather(pads(400, 2), lambda evidence, _: evidence, seed=0, draws=64, plug_in=False)
     parted = caught["dataset"]
     assert not marks(parted.calibration, np.ones(parted.calibration.n_rows, bool)) & marks(
         parted.touches, np.ones(parted.touches.n_rows, bool)

@@ -185,7 +185,7 @@ def test_default_report_has_truth_and_paper(tmp_path: Path, monkeypatch: pytest.
 def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
     output = tmp_path / "out"
     with new_folder(output) as folder:
-        numbers = write_report(drafted(pad_evidence(LINE), folder), None, folder)
+        numbers = write_report(drafted(folder, pad_evidence(LINE)), None, folder)
     pad_report = Report(output, numbers, tuple(output / figure["file"] for figure in numbers["figures"]))
     check_every_report(pad_report, simulated=True)
     numbers = strict_json(pad_report.path / "report.json")
@@ -213,7 +213,9 @@ def test_plane_numbers_and_pictures(tmp_path: Path) -> None:
     numbers = report_numbers(plane_evidence)
     pictures = report_pictures(plane_evidence, numbers, Corners.of(plane_evidence))
     # The parts of a draft are made in several processes and before the diagnosis, with the same result.
-    draft = drafted(plane_evidence, tmp_path)
+    done: list[float] = []
+    draft = drafted(tmp_path, plane_evidence, done.append)
+    assert done == [0.5, 1.0]
     assert with_diagnosis(draft.numbers, plane_evidence) == numbers and draft.pictures == pictures
     numbers["figures"] = [picture.described for picture in pictures]
     posteriors = plane_evidence.posteriors
@@ -240,7 +242,7 @@ def test_without_references_the_report_says_so() -> None:
     unknown = np.full(dataset.touches.n_rows, np.nan)
     touches = dataset.touches.with_(angle_deg=None, indenter_radius_mm=unknown, load=unknown)
     blind_evidence, _ = gather(
-        replace(dataset, touches=touches), lambda evidence: evidence, seed=0, draws=128, plug_in=True
+        replace(dataset, touches=touches), lambda evidence, _: evidence, seed=0, draws=128, plug_in=True
     )
     numbers = report_numbers(blind_evidence)
     pictures = report_pictures(blind_evidence, numbers, Corners.of(blind_evidence))

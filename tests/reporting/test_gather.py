@@ -30,7 +30,7 @@ def test_more_draws_are_more_of_the_calibration_too(
 
     monkeypatch.setattr("bayestouch.calibration.calibrate", calibrate)
     with pytest.raises(_Enough):
-        gathering.gather(small(LINE).dataset, lambda evidence: evidence, seed=0, draws=of_touch, plug_in=False)
+        gathering.gather(small(LINE).dataset, lambda evidence, _: evidence, seed=0, draws=of_touch, plug_in=False)
     assert asked["draws"] == of_calibration
 
 
@@ -52,7 +52,7 @@ def test_the_report_is_drafted_while_effects_are_searched_for(monkeypatch: pytes
             time.sleep(0.02)
         return False
 
-    def draft(evidence: str) -> str:
+    def draft(evidence: str, _: object) -> str:
         drafted.touch()
         return f"draft of {evidence}"
 
@@ -60,3 +60,23 @@ def test_the_report_is_drafted_while_effects_are_searched_for(monkeypatch: pytes
     monkeypatch.setattr(gathering, "light_diagnosis", search)
     made = gathering.gather(small(LINE).dataset, draft, seed=0, draws=64, plug_in=False, diagnosis=True)
     assert made == ("draft of what was read", True)
+
+
+@pytest.mark.parametrize(("diagnosis", "last"), [(False, 0.95), (True, 0.5)])
+def test_a_draft_takes_the_time_of_the_search_where_there_is_none(
+    diagnosis: bool, last: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bar goes from what was read, 35 %, to the files, 95 %: all but these is in the draft."""
+    seen: list[float] = []
+
+    def draft(evidence: str, progress: Any) -> str:
+        for share in (0.5, 1.0):
+            progress(share)
+        return evidence
+
+    monkeypatch.setattr(gathering, "_read", lambda *_: "what was read")
+    monkeypatch.setattr(gathering, "light_diagnosis", lambda *_, **options: None)
+    gathering.gather(
+        small(LINE).dataset, draft, seed=0, draws=64, plug_in=False, diagnosis=diagnosis, progress=seen.append
+    )
+    assert seen[:3] == pytest.approx([0.35, (0.35 + last) / 2, last])

@@ -76,7 +76,7 @@ def folders(made_once: Callable[[str, Callable[[Path], object]], Path]) -> dict[
 
     def of_pad(design: PadDesign, path: Path) -> None:
         with new_folder(path) as folder:
-            write_report(drafted(pad_evidence(design), folder), None, folder)
+            write_report(drafted(folder, pad_evidence(design)), None, folder)
 
     of = {
         "finger": lambda path: bayestouch.report(small(FINGER).dataset, path, draws=128, diagnosis=False),
