@@ -23,7 +23,7 @@ from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.kinds import of_noise
 from bayestouch.model.candidates import Candidate, score_effects, score_in_form
-from bayestouch.model.correction import Correction, fit_correction
+from bayestouch.model.correction import Correction, fit_correction, rejoined
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise_search import score_noise
 from bayestouch.model.noise_together import join_noise
@@ -72,6 +72,8 @@ def one_round(
         lambda: refit_all(fitted, leading, before, least, scheduler, refitting),
         lambda tell: _in_place(fitted, before["times"]),
     )
+    # The derivatives need much memory: those that the other process sent are the same as here.
+    correction = correction and rejoined(correction, fitted)
     refitted = {each.effect.name: each for each in again}
     possible = max(correction_gain, fitted.excess, least)
     tried = []

@@ -69,6 +69,11 @@ def fit_correction(fitted: Fitted) -> Correction | None:
     return replace(chosen, linear=with_functions(fitted.linear, functions))
 
 
+def rejoined(correction: Correction, fitted: Fitted) -> Correction:
+    """The correction that another process made for a model: with the arrays of this model, not with copies of them."""
+    return replace(correction, linear=with_functions(fitted.linear, correction.linear.functions))
+
+
 def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
     """The model fitted again with its correction, and the correction; None if `fit_correction` finds none.
 

@@ -13,6 +13,7 @@ import pytest
 from scipy.special import ndtri
 from search_cases import DRIFT, effect, priced
 
+import bayestouch
 from bayestouch.diagnosis import comparison, one_round, search
 from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.diagnosis.rounds import SearchRound
@@ -63,6 +64,7 @@ def scored_round(
         monkeypatch.setattr(each, "held_out_each_way", lambda fitted, linear, density: {"times": density})
     monkeypatch.setattr(one_round, "refit_all", refit)
     monkeypatch.setattr(one_round, "fit_correction", lambda fitted: correction)
+    monkeypatch.setattr(one_round, "rejoined", lambda correction, fitted: correction)
     after = np.outer([30.0, 31, 32], [0.5, 0.5, 9])
     monkeypatch.setattr(comparison, "held_out_density", lambda linear, folds: after)
     monkeypatch.setattr(one_round, "join_noise", lambda fitted, noise: (("with", noise), ("found",)))
@@ -370,3 +372,14 @@ def test_the_progress_says_what_is_tried(monkeypatch: pytest.MonkeyPatch) -> Non
     ]
     shares = [share for _, share in told]
     assert shares == sorted(shares) and shares[-1] == pytest.approx(6 / 7)
+
+
+def test_a_correction_has_the_arrays_of_the_model_before_it() -> None:
+    """Its derivatives, which another process sends back, would be in memory once more for each round."""
+    design = bayestouch.PadDesign(
+        element_x_mm=(0.0, 5.0, 10.0), element_y_mm=(0.0, 0.0, 0.0), calibration_step_mm=1.0, n_touches=60
+    )
+    dataset = bayestouch.simulate(design, effects={"crosstalk": 0.2}, seed=1).dataset
+    first = bayestouch.diagnose(dataset, sample=False, draws=8, seed=0).traced.rounds[0]
+    assert first.correction is not None and first.correction.linear.functions is not None
+    assert first.correction.linear.jacobian is first.before.linear.jacobian
