@@ -329,3 +329,25 @@ def test_a_touch_at_one_location_is_drawn_as_without_the_others() -> None:
     together, _ = groups[0].proposal.draw(BlockStreams(1, [7]), 50)
     by_itself, _ = alone.proposal.draw(BlockStreams(1, [7]), 50)
     np.testing.assert_array_equal(together, by_itself)
+
+
+@pytest.mark.parametrize(
+    ("touches", "again", "sizes"),
+    [
+        (0, False, []),
+        (1, False, [1]),
+        (1000, False, [500, 500]),
+        (1500, False, [375] * 4),
+        (2048, False, [512] * 4),
+        (4096, False, [1024] * 4),
+        (4097, False, [683] * 5 + [682]),
+        (512, True, [128] * 4),
+        (1024, True, [128] * 8),
+    ],
+)
+def test_four_cores_have_work_where_there_is_enough(touches: int, again: bool, sizes: list[int]) -> None:
+    """Two pieces of 1,024 would leave two of four cores without work. Numbers of pieces are even, for two cores."""
+    sampler: Any = None
+    pieces = FingerSampler.pieces(sampler, np.arange(touches), again)
+    assert [len(each) for each in pieces] == sizes
+    assert [row for each in pieces for row in each] == list(range(touches))
