@@ -263,7 +263,7 @@ def optimism(
     place = known.chain.angle
     above = TouchPlaces(np.zeros(len(place)), place, np.full(len(place), known.typical_load))
     peak = np.abs(np.diagonal(known.predict(above)))
-    noise = float(np.median(np.sqrt(known.noise_variance(samples)) / peak))
+    noise = float(np.median((np.sqrt(known.noise_variance(samples)) / peak)[known.read_elements]))
     paper = smallest_radius(finger, noise, span_deg=span_deg)
     right = distinguished(known, [0.0, paper], places, samples=samples, use_load=False)[:, 0, 1]
     honest = threshold_radii(known, places, samples=samples, use_load=False)

@@ -8,11 +8,12 @@ from typing import Protocol
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import Neighbours, calibration_jacobian
 from bayestouch.chain.noise import Noise
+from bayestouch.data.arrays import responding
 from bayestouch.data.sensor import finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_chain
@@ -28,6 +29,9 @@ from bayestouch.results.objects import Calibration
 
 # Unknowns of a touch: R, θ_c and P.
 _UNKNOWNS = 3
+# The variance of an element without readings, of which only the prior is known, is multiplied by this: nothing is read
+# from it, and covariances stay finite.
+_UNREAD = 1e8
 
 
 def require_touches(radius_mm: FloatArray, angle: FloatArray) -> None:
@@ -221,6 +225,8 @@ class KnownFinger(Summarised):
         Largest load for which the contact is tabulated, N/m.
     load_reads : float, optional
         Number of readings of the force sensor in a touch; by default one with each sample.
+    responds : (m,) array, optional
+        Whether each element responds to touches: a touch is read by those that do. By default all do.
     """
 
     chain: CalibratedFinger
@@ -229,6 +235,7 @@ class KnownFinger(Summarised):
     typical_load: float
     largest_load: float = np.inf
     load_reads: float | None = None
+    responds: BoolArray | None = None
 
     @classmethod
     def of(cls, calibration: Calibration) -> KnownFinger:
@@ -248,24 +255,30 @@ class KnownFinger(Summarised):
                 "to touch; bayestouch.next_touches plans touches with such a calibration"
             )
         elastic = finger_chain(calibration)
-        loads = (
+        further = (
             float(calibration.settings["typical_load"]),
             float(calibration.settings.get("largest_load", np.inf)),
             calibration.rows.usual_load_reads,
+            responding(calibration.rows.observed),
         )
         if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
-            return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), *loads)
+            return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), *further)
         places = PlacePosterior.from_arrays(calibration.extra)
         if places is not None:
             finger = FingerWithPlaces(elastic, places)
-            return cls(finger, calibration.noise, PlaceErrors(finger), *loads)
-        return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), *loads)
+            return cls(finger, calibration.noise, PlaceErrors(finger), *further)
+        return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), *further)
 
     @property
     def n_elements(self) -> int:
         """Number of elements m."""
         return len(self.noise.tactile_sd)
+
+    @property
+    def read_elements(self) -> BoolArray:
+        """Whether a touch is read by each element, (m,)."""
+        return np.full(self.n_elements, True) if self.responds is None else self.responds
 
     @property
     def outer_radius_mm(self) -> float:
@@ -277,7 +290,7 @@ class KnownFinger(Summarised):
         return np.asarray(self.chain.predict(touches.radius_mm, touches.angle, touches.load))
 
     def noise_variance(self, samples: int) -> FloatArray:
-        """Variance of the mean of `samples` readings, discrepancy included, (m,).
+        """Variance of the mean of `samples` readings, discrepancy included, (m,); huge for an element without readings.
 
         Raises
         ------
@@ -286,7 +299,8 @@ class KnownFinger(Summarised):
         """
         if not samples >= 1:
             raise InputError(f"samples: expected 1 or more, got {samples:g}")
-        return np.asarray(self.noise.mean_sd(np.full(self.n_elements, samples), np.zeros(self.n_elements)) ** 2)
+        variance = self.noise.mean_sd(np.full(self.n_elements, samples), np.zeros(self.n_elements)) ** 2
+        return np.where(self.read_elements, variance, _UNREAD * variance)
 
     def covariance(self, touches: TouchPlaces, samples: int) -> FloatArray:
         """Covariance of the readings of each touch about the prediction, from noise and calibration, (t, m, m)."""
@@ -310,7 +324,7 @@ class KnownFinger(Summarised):
         InputError
             If there are fewer: then no error of an estimate is finite.
         """
-        readings = self.n_elements + int(np.isfinite(self.load_sd(1, use_load)))
+        readings = int(self.read_elements.sum()) + int(np.isfinite(self.load_sd(1, use_load)))
         if readings < _UNKNOWNS:
             raise InputError(
                 f"a touch has {readings} readings, with the load if it is read, for {_UNKNOWNS} unknowns (radius, "

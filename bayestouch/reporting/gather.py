@@ -153,8 +153,10 @@ def _read(
 
 def _require_readings(dataset: DataSet) -> None:
     """Raise an error for a finger whose touches have fewer readings than unknowns, at once and not after minutes."""
-    body = dataset.sensor.body
-    if body.reads_radius and body.n_elements + bool(np.isfinite(dataset.touches.load).any()) < 3:
+    fitted = dataset.touches if dataset.calibration is None else dataset.calibration
+    # Nothing is read from a dead element.
+    readings = int(fitted.usable_elements.sum()) + bool(np.isfinite(dataset.touches.load).any())
+    if dataset.sensor.body.reads_radius and readings < 3:
         raise InputError(
             "a report of a finger needs three readings of a touch for radius, location and load: more elements, or "
             "measured loads"

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import bayestouch
+from bayestouch.chain.finger import FingerChain
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.options import Options
 from bayestouch.reliability import (
     KnownFinger,
+    RadiusScale,
     TouchPlaces,
     averaging_effort,
     distinguished,
@@ -174,3 +176,51 @@ def test_a_load_that_is_stated_once_is_one_reading_of_the_force_sensor() -> None
     apart = sweet_spots(once, [3.0], [1.0], samples=4, use_load=False).sd("P")[0, 0]
     expected = (apart**-2 + one.noise.force_sd**-2) ** -0.5
     assert sweet_spots(once, [3.0], [1.0], samples=4).sd("P")[0, 0] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("use_load", [True, False])
+def test_nothing_is_read_from_an_element_without_readings(use_load: bool) -> None:
+    data, dead = dataset(), 3
+
+    def without(table: bayestouch.Touches) -> bayestouch.Touches:
+        readings = table.readings.copy()
+        readings[:, dead] = np.nan
+        return table.with_(readings=readings)
+
+    assert data.calibration is not None
+    data = replace(data, calibration=without(data.calibration), touches=without(data.touches))
+    known = KnownFinger.of(bayestouch.calibrate(data, discrepancy="touch", draws=100))
+    chain, errors, m = known.chain, known.errors, known.n_elements
+    assert isinstance(chain, FingerChain)
+    assert isinstance(errors, ElasticErrors)
+    # The same finger without that element.
+    kept = np.flatnonzero(np.arange(m) != dead)
+    own = {name: getattr(chain, name)[kept] for name in ("response", "sensing_radius_mm", "angle", "offset")}
+    fewer = chain.with_(**own)
+    rows = np.concatenate([kept, m + kept, 2 * m + kept, [3 * m, 3 * m + 1]])
+    noise = replace(
+        known.noise, tactile_sd=known.noise.tactile_sd[kept], discrepancy_sd=known.noise.discrepancy_sd[kept]
+    )
+    other = replace(
+        known,
+        chain=fewer,
+        noise=noise,
+        errors=ElasticErrors(fewer, errors.parameters[np.ix_(rows, rows)]),
+        responds=known.read_elements[kept],
+    )
+    angle = np.array([-8.0, 4.0, 9.0])
+    spots, expected = (sweet_spots(each, (0.0, 3.9, np.inf), angle, use_load=use_load) for each in (known, other))
+    for name in ("R", "theta_c", "P"):
+        np.testing.assert_allclose(spots.noise_sd[name], expected.noise_sd[name], rtol=1e-5)
+        np.testing.assert_allclose(spots.bias_rms[name], expected.bias_rms[name], rtol=1e-5)
+        np.testing.assert_allclose(
+            spots.bias_by_element[name][..., dead], 0.0, atol=1e-5 * spots.bias_rms[name].max() ** 2
+        )
+    thresholds = (RadiusScale.of(each, np.radians(angle), use_load=use_load).threshold() for each in (known, other))
+    np.testing.assert_allclose(*thresholds, rtol=1e-5)
+
+
+def test_elements_without_readings_do_not_count_as_readings_of_a_touch() -> None:
+    known = replace(expected_finger(DESIGN), responds=np.array([True, True, False, False, False]))
+    with pytest.raises(bayestouch.InputError, match="a touch has 2 readings"):
+        sweet_spots(known, (0.0,), [0.0], use_load=False)

@@ -43,7 +43,8 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     tips = known_indenters(evidence.posteriors.rows.radius_mm)
     tips = np.array(TIPS) if len(tips) < 2 else tips
     # Two elements read no touch without a measured load.
-    touches: Any = {"samples": reads, "use_load": known.n_elements < _UNKNOWNS or load_is_read(evidence)}
+    few_elements = int(known.read_elements.sum()) < _UNKNOWNS
+    touches: Any = {"samples": reads, "use_load": few_elements or load_is_read(evidence)}
     spots = sweet_spots(known, tips, angle, **touches)
     threshold = threshold_radii(known, angle, **touches)
     right = distinguished(known, tips, angle, **touches)
