@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.data.arrays import responding
 from bayestouch.data.json_values import strict
+from bayestouch.errors import few
 from bayestouch.output.text import listed, number, plural
 from bayestouch.reporting.calibration_tables import in_words
 from bayestouch.results.objects import Calibration
@@ -44,7 +46,10 @@ def compared(first: Side, second: Side) -> dict[str, Any]:
 
 
 def compared_parameters(first: Calibration, second: Calibration) -> list[dict[str, Any]]:
-    """One row for each parameter that both have, in one unit; values by element only of equally many elements."""
+    """One row for each parameter that both have, in one unit; values by element only of equally many elements.
+
+    An element without readings in one of them is left out: of it only the prior is known.
+    """
     units = {parameter.name: (parameter.symbol, parameter.unit) for parameter in first.parameters}
     others = in_other_units(first, second)
     rows = []
@@ -57,7 +62,8 @@ def compared_parameters(first: Calibration, second: Calibration) -> list[dict[st
         (mean_a, sd_a), (mean_b, sd_b) = (_moments(each) for each in (a, b))
         spread = np.hypot(sd_a, sd_b)
         z = np.divide(mean_b - mean_a, spread, out=np.full(len(spread), np.nan), where=spread > 0)
-        for e in range(len(mean_a)):
+        elements = range(len(mean_a)) if a.ndim == 2 else np.flatnonzero(_read_in_both(first, second))
+        for e in elements:
             rows.append(
                 {
                     "parameter": name,
@@ -72,6 +78,12 @@ def compared_parameters(first: Calibration, second: Calibration) -> list[dict[st
                 }
             )
     return rows
+
+
+def _read_in_both(first: Calibration, second: Calibration) -> BoolArray:
+    """Whether each element has readings in both calibrations, (m,), of equally many elements."""
+    one, other = (responding(each.rows.observed) for each in (first, second))
+    return np.asarray(one & other)
 
 
 def in_other_units(first: Calibration, second: Calibration) -> list[str]:
@@ -122,6 +134,8 @@ def _sentences(numbers: dict[str, Any], first: Calibration, second: Calibration)
             out.append(f"The {name} error{where} is {both} ({change:+z.0f} %).".replace("-", "−"))
     if first.sensor.n_elements != second.sensor.n_elements:
         out.append("The two have different numbers of elements, so elements are not compared.")
+    elif len(dead := np.flatnonzero(~_read_in_both(first, second))):
+        out.append(f"Without readings in one of the two, and not compared: {few([f'e{e + 1:02d}' for e in dead])}.")
     if others := in_other_units(first, second):
         out.append(f"Parameters in different units are not compared: {listed(others)}.")
     rows = [row for row in numbers["parameters"] if row["difference_in_sd"] == row["difference_in_sd"]]  # no NaN

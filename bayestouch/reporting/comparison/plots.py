@@ -26,7 +26,7 @@ def plot_compared_parameter(rows: Sequence[dict[str, Any]], name: str, axes: Axe
         raise InputError(f"{name}: no such parameter; expected one of {known}{nearest(name, by_element)}")
     axes = new_axes(axes)
     draw_parameter(axes, by_element[name])
-    element_ticks(axes, len(by_element[name]))
+    element_ticks(axes, last_element(by_element[name]))
     axes.set_xlabel("element")
     axes.legend(frameon=False, fontsize="small")
     return axes
@@ -41,10 +41,19 @@ def by_parameter(rows: Sequence[dict[str, Any]]) -> dict[str, list[dict[str, Any
     return out
 
 
+def last_element(rows: Sequence[dict[str, Any]]) -> int:
+    """Number of the last element in the rows of a parameter, counted from 1."""
+    return max(_number(row) for row in rows)
+
+
+def _number(row: dict[str, Any]) -> int:
+    return int(row["element"].removeprefix("e"))
+
+
 def draw_parameter(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
     """Plot mean and 90 % interval of both sensors by element, minus the mean of both."""
     middle = np.array([(row["first_mean"] + row["second_mean"]) / 2 for row in rows])
-    at = np.arange(len(rows))
+    at = np.array([_number(row) for row in rows]) - 1
     for side, colour, marker, shift in (("first", BLUE, "o", -0.12), ("second", RED, "s", 0.12)):
         mean = np.array([row[f"{side}_mean"] for row in rows])
         ends = _NINETY * np.array([row[f"{side}_sd"] for row in rows])

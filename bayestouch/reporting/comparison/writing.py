@@ -7,7 +7,7 @@ from typing import Any
 
 from bayestouch.output.files import COMPARED, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.output.pictures import Picture, canvas, drawing, element_ticks, rendered
-from bayestouch.reporting.comparison.plots import by_parameter, draw_parameter
+from bayestouch.reporting.comparison.plots import by_parameter, draw_parameter, last_element
 from bayestouch.reporting.page import new_environment
 
 
@@ -31,7 +31,7 @@ def difference_picture(numbers: dict[str, Any]) -> Picture | None:
         figure, axes = canvas(1.9 * len(by_element) + 0.4, len(by_element), 1, sharex=True)
         for ax, rows in zip(axes[:, 0], by_element.values(), strict=True):
             draw_parameter(ax, rows)
-        element_ticks(axes[-1, 0], len(rows))
+        element_ticks(axes[-1, 0], last_element(rows))
         axes[-1, 0].set_xlabel("element")
         figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
         content = rendered(figure)

@@ -126,3 +126,23 @@ def test_what_is_no_error_is_not_compared() -> None:
     row = {"quantity": "location, posterior sd", "unit": "mm", "first": 0.5, "second": 0.4}
     (said,) = _sentences({"quantities": [row], "parameters": []}, calibration(), calibration())
     assert said.startswith("None of")
+
+
+def test_an_element_without_readings_in_one_is_not_compared(tmp_path: Path) -> None:
+    """Of such an element only the prior is known, which no other value differs from."""
+    data = simulate(FINGER, seed=4).dataset
+    assert data.calibration is not None
+    readings = np.array(data.calibration.readings)
+    readings[:, 1] = np.nan
+    broken = replace(data, calibration=data.calibration.with_(readings=readings))
+    first, second = (bayestouch.calibrate(each, discrepancy="touch", draws=64) for each in (data, broken))
+    for number, sides in enumerate(((first, second), (second, first))):
+        compared = bayestouch.compare(*sides, tmp_path / f"{number}")
+        table = compared.to_dataframe()
+        others = [f"e{e + 1:02d}" for e in range(data.sensor.n_elements) if e != 1]
+        assert table["element"].dropna().unique().tolist() == others
+        assert "Without readings in one of the two, and not compared: e02." in str(compared)
+        # Each element is above its own tick.
+        line = compared.plot_parameter("r_s").containers[0].lines[0]
+        places = [0, *range(2, data.sensor.n_elements)]
+        np.testing.assert_allclose(np.asarray(line.get_xdata()) + 0.12, places)
