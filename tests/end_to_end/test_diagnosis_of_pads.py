@@ -160,7 +160,7 @@ def test_readings_are_freed_of_effects_as_they_came_by_them(fitted: tuple[SplitD
         known._recording(np.ones(len(readings)), readings, (np.full(len(readings), np.nan),)),
         time_s=observed.time_s,
         held_s=observed.held_s,
-        history=observed.history,
+        history=observed.history.above(known.zero),
     )
     read = readings - known.zero
     signal = known._signal_behind(recording, read, read, STEPS)
