@@ -32,8 +32,8 @@ from bayestouch.reading.touch_reader import Drawn
 from bayestouch.sampling import BlockProposal
 
 # Largest number of touches in a piece: enough that the overhead of emcee per step is small, and that of the searches,
-# whose last steps are for a few touches (pieces of 512 took a tenth more time); fewer if touches are drawn again, which
-# takes many steps, so that all cores are used.
+# whose last steps are for a few touches (pieces of 512 took up to a tenth more time on one core); fewer if touches are
+# drawn again, which takes many steps, so that all cores are used.
 PIECE, PIECE_AGAIN = 1024, 128
 # Pieces that a block is divided into, as long as each has `SMALL_PIECE` touches: with fewer, cores would have no work.
 LEAST_PIECES, SMALL_PIECE = 4, 512
