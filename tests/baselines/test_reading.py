@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from bayestouch.array_types import FloatArray
 from bayestouch.baselines import Regression, RegressionTouches, read_by_regression
@@ -66,6 +67,7 @@ def test_locations_are_those_of_a_much_finer_grid() -> None:
     np.testing.assert_allclose(read.location_sd[inner], sd[inner], rtol=0.05)
 
 
+@pytest.mark.slow
 def test_regions_and_intervals_have_their_share_of_references() -> None:
     """Touches that the regression describes exactly; the limits are 3 standard errors of the count about 90 %."""
     known, held = drawn(100)

@@ -102,6 +102,7 @@ def files(draw: st.DrawFn) -> bytes:
     return data
 
 
+@pytest.mark.slow
 @given(files(), st.sampled_from(["abcd", "abcd", "ac", "b"]))
 @settings(max_examples=1500, deadline=None)
 def test_whatever_a_file_holds_it_is_read_as_by_single_rows(

@@ -48,6 +48,7 @@ def test_a_pad_that_is_as_its_model_is_adequate() -> None:
     assert found.effects == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 6])
 def test_a_sound_pad_of_unequal_elements_is_adequate(seed: int) -> None:
     """Its map needs many functions: what too few of them leave out is no cause, and no unknown one."""
@@ -97,6 +98,7 @@ def bent() -> tuple[SimulatedPad, Touches, bayestouch.Diagnosis]:
     return pad, table, diagnosed(pad, table)
 
 
+@pytest.mark.slow
 def test_a_response_that_flattens_with_the_load_is_found(
     bent: tuple[SimulatedPad, Touches, bayestouch.Diagnosis],
 ) -> None:

@@ -62,6 +62,7 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+@pytest.mark.slow
 def test_loads_are_scored_as_they_are_read_without_the_force_sensor(eccentric: Case) -> None:
     """Against the true load; one that is inferred with the sensor's reading follows that reading."""
     assert len(eccentric.diagnosis.traced.before.held_out.stated["P"]) == len(np.unique(eccentric.held_out.touch))

@@ -142,6 +142,7 @@ def check_no_key_of_version_0_1_is_gone(numbers: dict[str, Any]) -> None:
     assert len(before) > 200 and set(before) - set(keys(numbers)) == set()
 
 
+@pytest.mark.slow
 def test_finger_report(tmp_path: Path) -> None:
     dataset = small(FINGER).dataset
     named = replace(dataset, sensor=replace(dataset.sensor, name=NAME, source={"origin": "<b>a lab</b>"}))
@@ -208,6 +209,7 @@ def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
     assert "location_bias" in names and "estimate_by_location" not in names
 
 
+@pytest.mark.slow
 def test_plane_numbers_and_pictures(tmp_path: Path) -> None:
     plane_evidence = pad_evidence(PLANE)
     numbers = report_numbers(plane_evidence)

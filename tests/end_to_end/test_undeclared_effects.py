@@ -45,6 +45,7 @@ def named(diagnosis: dict[str, Any]) -> set[str]:
     return {each["name"] for each in first} | {name for each in first for name in each["indistinguishable_from"]}
 
 
+@pytest.mark.slow
 def test_an_effect_is_named_and_removed(tmp_path: Path) -> None:
     """Size 3, lack of fit about 10, by a formula that the catalogue's cannot be: most of the excess goes."""
     key = "gain_nonlinearity: tanh"

@@ -136,6 +136,7 @@ def test_an_error_that_all_elements_share_is_no_discrepancy() -> None:
     assert density(density.start) > np.quantile(density(drawn), 0.5)
 
 
+@pytest.mark.slow
 def test_no_step_ends_where_the_model_fits_worse() -> None:
     """The readings have no slope over the breadth of a memory at zero, where a Newton step sent it to 1.
 

@@ -38,6 +38,7 @@ def test_a_finger_as_by_emcee(options: dict[str, Any]) -> None:
     assert not any(each.flags for each in live)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "size"),
     [
@@ -79,6 +80,7 @@ def test_creep_of_an_element_is_averaged_over_the_samples_that_have_its_reading(
     np.testing.assert_array_equal(never, whole)
 
 
+@pytest.mark.slow
 def test_touches_before_a_stream_are_unknown_but_not_absent() -> None:
     """Touches that are read one by one, of a finger with memory: their locations were several sd off.
 
@@ -99,6 +101,7 @@ def test_touches_before_a_stream_are_unknown_but_not_absent() -> None:
     assert mean < MEAN and sd < SD
 
 
+@pytest.mark.slow
 def test_touches_before_a_stream_on_a_pad_are_unknown_but_not_absent() -> None:
     """Of a pad with memory, the locations of touches that are read one by one were 10 sd off."""
     data, calibration = sensor("line", (("memory", 0.1),), ("memory",))

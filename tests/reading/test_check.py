@@ -96,6 +96,7 @@ def test_touches_with_two_readings_more_than_unknowns_are_checked(
     assert check_sensor(reader, touches, SimpleNamespace(n_touches=20), elements).touches == checked
 
 
+@pytest.mark.slow
 def test_a_finger_of_three_elements_is_read_as_without_the_check() -> None:
     """Of a sound one the check said that its wires are swapped and the model is wrong by 28 times the noise."""
     design = FingerDesign(
@@ -167,6 +168,7 @@ def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, To
     assert np.mean((low <= touches.averaged().load) & (touches.averaged().load <= high)) > 0.9 - 4 * np.sqrt(0.09 / 60)
 
 
+@pytest.mark.slow
 def test_a_few_odd_touches_are_named_and_the_others_read_as_ever(sound: tuple[Calibration, Touches]) -> None:
     """Three touches of sixty, with elements that are off by the peak, had widened the noise of all touches."""
     touches = sound[1]

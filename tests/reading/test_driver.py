@@ -271,6 +271,7 @@ def test_a_file_is_read_once_where_there_is_room(
     assert same_touches(source.whole(), _several_samples())
 
 
+@pytest.mark.slow
 def test_the_command_says_how_many_missed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     files, path = saved(tmp_path), tmp_path / "posterior.nc"
     arguments = ["infer", str(files[0] / "touches.csv"), "--calibration", str(files[1]), "-o", str(path)]

@@ -179,6 +179,7 @@ def test_swapped_wires_are_exchanged_back_where_sound_elements_seem_silent() -> 
     assert "e07 and e10 are swapped" in note
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turned", [slice(None, None, -1), np.roll(np.arange(16), 1)])
 def test_a_plug_put_in_wrongly_is_noticed(sound: tuple[Calibration, Touches], turned: slice | np.ndarray) -> None:
     result = infer(sound, readings=sound[1].readings[:, turned])
@@ -204,6 +205,7 @@ def test_two_faults_at_once(sound: tuple[Calibration, Touches]) -> None:
     assert result.settings["force_sensor"] == "left out"
 
 
+@pytest.mark.slow
 def test_many_changed_gains_widen_the_intervals(sound: tuple[Calibration, Touches]) -> None:
     gains = np.exp(0.2 * np.random.default_rng(1).standard_normal(16))
     result = infer(sound, readings=sound[1].readings * gains)

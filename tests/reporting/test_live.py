@@ -41,6 +41,7 @@ def test_colours_of_tips_are_from_sharp_to_blunt() -> None:
     assert colours.nan_color == GREY
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", [FINGER, LINE, PLANE], ids=["finger", "line", "plane"])
 def test_every_figure_has_its_place_in_a_page_without_references(
     tmp_path: Path, design: FingerDesign | PadDesign

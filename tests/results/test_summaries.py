@@ -182,6 +182,7 @@ def test_large_objects_are_no_longer() -> None:
         assert len(repr(each)) <= LONGEST and repr(each).count("\n") < MOST_LINES, type(each)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", ["finger", "pad"])
 def test_tables_say_how_many(body: str, request: pytest.FixtureRequest) -> None:
     made = request.getfixturevalue(body)

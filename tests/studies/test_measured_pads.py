@@ -44,6 +44,7 @@ def test_layer_predicts_the_negative_ring_best(pads: ModuleType, measured: Path,
     assert reading["layer"] < 1.05 * min(reading.values())
 
 
+@pytest.mark.slow
 def test_baro_line(pads: ModuleType, measured: Path, tmp_path: Path) -> None:
     dataset = pads.load(measured, "baro-line")
     calibration = calibrate_pad(dataset)

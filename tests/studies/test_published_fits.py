@@ -114,6 +114,7 @@ def test_softer_rubber_is_read_sharper_by_hertz() -> None:
     assert np.all(means[0, :, 3:] < 0.75 * truth[3:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modulus", [0.05, 0.12])
 def test_modulus_of_a_simulated_table_is_found(modulus: float) -> None:
     """Tables drawn from the emulator: the truth is in the 90 % interval about that often."""

@@ -191,6 +191,7 @@ def test_a_drift_is_estimated_where_only_tips_are_possible() -> None:
         assert errors(known, name)[0] < 1.1 * errors(free, name)[0] and errors(known, name)[1] < 1.3
 
 
+@pytest.mark.slow
 def test_a_creep_that_depends_on_the_strain_acts_at_the_strain_of_the_touch() -> None:
     """Loads read by the elements alone, of about 195 N/m: evaluated at a signal of one they were 100 N/m too small."""
     data = bayestouch.simulate(FINGER, seed=3).dataset

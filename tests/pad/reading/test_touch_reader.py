@@ -111,6 +111,7 @@ def test_draws_go_by_the_position_of_a_touch_not_by_its_id(use_load: bool) -> No
     assert (loads(table.select(table.touch > 0))[..., -1] != first[..., -1]).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", ["memory", "creep"])
 def test_touches_without_times_are_read_with_a_note(effect: str) -> None:
     """One unit a touch, of which samples take a fifth: corrected as with these times written out, without a note."""
