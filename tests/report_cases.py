@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 import bayestouch
+from bayestouch.reporting.assemble import numbers_of_touches, with_checks, with_diagnosis
+from bayestouch.reporting.checks import about_checks
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.simulation import FingerDesign, PadDesign, SimulatedDataSet, simulate
 
@@ -94,3 +96,8 @@ def strict_json(path: Path) -> dict[str, Any]:
     loaded = json.loads(path.read_text("utf-8"), parse_constant=refuse)
     assert isinstance(loaded, dict)
     return loaded
+
+
+def report_numbers(evidence: Evidence) -> dict[str, Any]:
+    """Content of ``report.json``, its parts made one after the other in this process."""
+    return with_diagnosis(with_checks(numbers_of_touches(evidence), about_checks(evidence)), evidence)

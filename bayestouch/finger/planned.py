@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
-from bayestouch.data.arrays import read_once, responding
+from bayestouch.data.arrays import read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches
@@ -86,7 +86,7 @@ def touch_slopes(predict: Predict, radius_mm: FloatArray, angle: FloatArray, loa
 def _parameters(calibration: Calibration, d: int) -> tuple[Group, ...]:
     """σ, μ and the depths of the elements that have readings, as functions of d unknowns."""
     m = calibration.sensor.n_elements
-    alive = np.flatnonzero(responding(calibration.rows.observed))
+    alive = np.flatnonzero(calibration.rows.responds)
     eye = np.eye(d)
     # The unknown is log μ.
     mu = float(calibration.mode["mu"]) * eye[3 * m + 1 : 3 * m + 2]

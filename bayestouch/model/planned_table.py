@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.arrays import read_once, responding
+from bayestouch.data.arrays import read_once
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
@@ -43,7 +43,7 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
             raise InputError("a planned touch needs its location", column=column)
     if (table.load < 0).any():
         raise InputError("expected loads above zero", column=body.load_column)
-    alive = responding(rows.observed)
+    alive = rows.responds
     readings = np.tile(np.where(alive, 0.0, np.nan), (table.n_rows, 1))
     means = table.with_(readings=readings, readings_sd=None).averaged()
     if means.n_touches == 0:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.arrays import responding
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError, number_array, require_whole
 from bayestouch.model.planned_table import usual_load
@@ -106,7 +105,7 @@ def touches_to_read(calibration: Calibration) -> Touches:
     Beyond the outer elements touches may calibrate, but cannot be read well.
     """
     rows = calibration.rows
-    alive = responding(rows.observed)
+    alive = rows.responds
     load = np.where(np.isfinite(rows.load), rows.load, 1.0)[:, None]
     size = np.abs(rows.observed - _without_touch(calibration))[:, alive] / load
     largest = np.nanargmax(size, axis=0)

@@ -13,7 +13,6 @@ from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import Neighbours, calibration_jacobian
 from bayestouch.chain.noise import Noise
-from bayestouch.data.arrays import responding
 from bayestouch.data.sensor import finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_chain
@@ -259,7 +258,7 @@ class KnownFinger(Summarised):
             float(calibration.settings["typical_load"]),
             float(calibration.settings.get("largest_load", np.inf)),
             calibration.rows.usual_load_reads,
-            responding(calibration.rows.observed),
+            calibration.rows.responds,
         )
         if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)

@@ -9,7 +9,6 @@ from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import answer
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import about_calibration
-from bayestouch.reporting.checks import about_checks
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.headline import headline
 from bayestouch.reporting.made import command, versions
@@ -25,11 +24,6 @@ from bayestouch.reporting.trust import (
 )
 from bayestouch.reporting.verdict import short_answers
 from bayestouch.version import __version__
-
-
-def report_numbers(evidence: Evidence) -> dict[str, Any]:
-    """Content of ``report.json``, in public units: mm, degree, MPa, N/m on a finger, N on a pad."""
-    return with_diagnosis(with_checks(numbers_of_touches(evidence), about_checks(evidence)), evidence)
 
 
 def numbers_of_touches(evidence: Evidence) -> dict[str, Any]:
@@ -64,12 +58,12 @@ def numbers_of_touches(evidence: Evidence) -> dict[str, Any]:
 
 
 def with_checks(numbers: dict[str, Any], checks: dict[str, Any]) -> dict[str, Any]:
-    """The numbers with those of `about_checks`."""
+    """The numbers with those of `bayestouch.reporting.checks.about_checks`."""
     return {**numbers, "checks": strict(checks)}
 
 
 def with_diagnosis(numbers: dict[str, Any], evidence: Evidence) -> dict[str, Any]:
-    """`report_numbers` from those without a diagnosis, and from that of the evidence if it has one."""
+    """Content of ``report.json``: that without a diagnosis, and the diagnosis of the evidence if it has one."""
     made = {"versions": versions(evidence), "command": command(evidence)}
     diagnosis = None if evidence.diagnosed is None else strict(evidence.diagnosed.numbers)
     numbers = {**numbers, "bayestouch": {**numbers["bayestouch"], **made}, "diagnosis": diagnosis}

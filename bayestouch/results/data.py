@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.arrays import quantiles, responding
 from bayestouch.data.sensor import Sensor
@@ -70,6 +70,11 @@ class TouchRows(Summarised):
         return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
 
     @property
+    def responds(self) -> BoolArray:
+        """Whether each element has readings that differ from touch to touch, (m,), see `responding`."""
+        return responding(self.observed)
+
+    @property
     def usual_load_reads(self) -> float | None:
         """Median number of reads of the force sensor in a touch; None if most touches have one with each sample."""
         known = np.isfinite(self.load)
@@ -117,7 +122,7 @@ class CalibrationData(Summarised):
         Of the other elements nothing but the prior is known, which would be most of a mean or a range. Values of a
         parameter that all elements share are returned as they are.
         """
-        read = responding(self.rows.observed)
+        read = self.rows.responds
         by_element = values.shape[-1:] == read.shape and bool(read.any())
         return values[..., read] if by_element else values
 

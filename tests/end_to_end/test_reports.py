@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from report_cases import FINGER, LINE, PLANE, Page, pad_evidence, small, strict_json
+from report_cases import FINGER, LINE, PLANE, Page, pad_evidence, report_numbers, small, strict_json
 from report_checks import check_every_report
 from report_pages import keys
 
@@ -23,7 +23,7 @@ from bayestouch.output.files import new_folder
 from bayestouch.output.text import number
 from bayestouch.paper.published import TABLE_3
 from bayestouch.reporting import Report
-from bayestouch.reporting.assemble import report_numbers, with_diagnosis
+from bayestouch.reporting.assemble import with_diagnosis
 from bayestouch.reporting.corner_pictures import Corners, touch_corners
 from bayestouch.reporting.gather import gather
 from bayestouch.reporting.page import render

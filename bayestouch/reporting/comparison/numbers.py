@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.data.arrays import responding
 from bayestouch.data.json_values import strict
 from bayestouch.errors import few
 from bayestouch.output.text import listed, number, plural
@@ -82,8 +81,7 @@ def compared_parameters(first: Calibration, second: Calibration) -> list[dict[st
 
 def _read_in_both(first: Calibration, second: Calibration) -> BoolArray:
     """Whether each element has readings in both calibrations, (m,), of equally many elements."""
-    one, other = (responding(each.rows.observed) for each in (first, second))
-    return np.asarray(one & other)
+    return np.asarray(first.rows.responds & second.rows.responds)
 
 
 def in_other_units(first: Calibration, second: Calibration) -> list[str]:

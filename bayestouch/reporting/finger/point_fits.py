@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import indenter_radius
-from bayestouch.data.arrays import responding
 from bayestouch.data.averages import TouchMeans
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.reading.modes import find_modes
@@ -88,7 +87,7 @@ def fit_points(
         Use the reading of the force sensor with its noise.
     """
     # The calibration knows nothing of a dead element but its prior, which a fit would take as exact.
-    read = np.where(responding(calibration.rows.observed), means.readings, np.nan)
+    read = np.where(calibration.rows.responds, means.readings, np.nan)
     counts = np.where(np.isnan(read), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     load_sd = calibration.noise.mean_load_sd(means.reads_of_load)
